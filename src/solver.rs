@@ -1,0 +1,106 @@
+//! What every solver of the inverse problem takes and gives.
+
+use crate::{bench::Bench, optim::Summary, surface::HeightField, target::TargetIrradiance};
+use glam::DVec2;
+
+/// Watches a long computation. Calls come from the thread that started it.
+pub trait Progress {
+    /// A new stage begins, of `steps` steps.
+    fn begin(&self, stage: &str, steps: usize);
+    /// `done` of the stage's steps are done.
+    fn advance(&self, done: usize);
+}
+
+/// Watches nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Silent;
+
+impl Progress for Silent {
+    fn begin(&self, _stage: &str, _steps: usize) {}
+    fn advance(&self, _done: usize) {}
+}
+
+/// Why no surface could be found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SolveError {
+    /// Light would have to be bent by more than refraction can.
+    #[error(
+        "the light would be totally reflected inside the block at x = {:.2} mm, y = {:.2} mm: it would have to be bent by {deflection_deg:.1} degrees, and this material bends by less than {limit_deg:.1} degrees; move the receiver further away, take a smaller window or a higher index",
+        at_mm.x, at_mm.y
+    )]
+    TotalInternalReflection {
+        /// Point of the exit face, mm.
+        at_mm: DVec2,
+        /// Deflection asked for, degrees.
+        deflection_deg: f64,
+        /// Limit of the material, degrees.
+        limit_deg: f64,
+    },
+    /// A target cell gets no light at all, and this solver divides by it.
+    #[error(
+        "the darkest part of the picture is {least:.2e} of the mean; this solver needs at least {limit:.0e}: add an offset (--offset 0.1)"
+    )]
+    TooDark {
+        /// Least target irradiance, relative to the mean.
+        least: f64,
+        /// Least that the solver takes.
+        limit: f64,
+    },
+    /// The surface would touch or pass the receiver.
+    #[error(
+        "the exit face would rise {height_mm:.1} mm above its mean plane, to the receiver at {distance_mm:.1} mm: move the receiver further away"
+    )]
+    ReachesReceiver {
+        /// Highest point of the face, mm.
+        height_mm: f64,
+        /// Distance of the receiver, mm.
+        distance_mm: f64,
+    },
+    /// The bench asks for something this solver does not do.
+    #[error("the {solver} solver does not do {what}")]
+    Unsupported {
+        /// Name of the solver.
+        solver: &'static str,
+        /// What was asked for.
+        what: String,
+    },
+    /// The numerics broke down; the result would be wrong.
+    #[error("the {solver} solver failed on the level of {nx} x {ny} nodes: {why}")]
+    Failed {
+        /// Name of the solver.
+        solver: &'static str,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+        /// What happened.
+        why: String,
+    },
+}
+
+/// A solved surface and how it was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Solution {
+    /// The exit face.
+    pub surface: HeightField,
+    /// What the solver did.
+    pub summary: Summary,
+}
+
+/// Finds an exit face whose light draws the target.
+///
+/// Results are bit-identical for any number of threads.
+pub trait Solver {
+    /// Solves for a surface of `nx` by `ny` height nodes.
+    ///
+    /// # Errors
+    /// Where physics forbids the picture on this bench, or the numerics break down. Reaching an iteration limit is no
+    /// error: the [`Summary`] reports it.
+    fn solve(
+        &self,
+        target: &TargetIrradiance,
+        bench: &Bench,
+        nodes: (usize, usize),
+        progress: &dyn Progress,
+    ) -> Result<Solution, SolveError>;
+}

@@ -1,0 +1,1 @@
+//! Traces light through an exported block of glass and judges the picture it draws.
