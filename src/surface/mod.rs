@@ -2,7 +2,6 @@
 
 mod spline;
 
-pub(crate) use spline::Lattice;
 pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Extent, Field};

@@ -270,7 +270,8 @@ mod tests {
             let shift = surface.heights_mm()[(0, 0)] - f(EXTENT.node(0, 0, nx, ny));
             let spline = SurfaceSpline::through(&surface);
             for k in 0..200 {
-                let at = EXTENT.lower() + EXTENT.as_vec() * DVec2::new(k as f64 / 199.0, (k * 37 % 200) as f64 / 199.0);
+                let at = EXTENT.lower()
+                    + EXTENT.as_vec() * DVec2::new(f64::from(k) / 199.0, f64::from(k * 37 % 200) / 199.0);
                 let s = spline.sample(at);
                 let slope = DVec2::new(
                     0.9 * at.x * at.x - at.y * at.y + 0.4 * at.y.powi(3) * at.x,
