@@ -19,10 +19,9 @@
 //! Irradiance is linear and has the mean 1.
 
 pub mod bench;
-
+pub mod forward;
 pub mod grid;
 pub mod optim;
-
 pub mod solid;
 pub mod solver;
 pub mod surface;

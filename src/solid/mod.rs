@@ -19,12 +19,14 @@ mod stock;
 mod walls;
 
 pub use check::{Fault, Invariants};
+pub(crate) use check::{cross, sub};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
-    grid::{Extent, Field},
-    surface::HeightField,
+    grid::Extent,
+    surface::{HeightField, SurfaceSpline},
 };
+use glam::DVec2;
 use std::ops::Range;
 use walls::{entry_cells, strip};
 
@@ -395,25 +397,10 @@ enum Diagonal {
 
 /// Unit normals of the smooth exit face at its nodes, towards `+z`.
 fn exit_normals(surface: &HeightField) -> Vec<[f32; 3]> {
-    let slopes = node_slopes(surface);
-    slopes
-        .as_slice()
-        .iter()
-        .map(|&[p, q]| {
-            let length = (1.0 + p * p + q * q).sqrt();
-            [(-p / length) as f32, (-q / length) as f32, (1.0 / length) as f32]
-        })
-        .collect()
-}
-
-fn node_slopes(surface: &HeightField) -> Field<[f64; 2]> {
-    let h = surface.heights_mm();
-    let d = surface.extent().node_spacing(h.nx(), h.ny());
-    Field::from_fn(h.nx(), h.ny(), |i, j| {
-        let (w, e) = (i.saturating_sub(1), (i + 1).min(h.nx() - 1));
-        let (s, n) = (j.saturating_sub(1), (j + 1).min(h.ny() - 1));
-        [(h[(e, j)] - h[(w, j)]) / ((e - w) as f64 * d.x), (h[(i, n)] - h[(i, s)]) / ((n - s) as f64 * d.y)]
-    })
+    let slopes = SurfaceSpline::through(surface).node_slopes();
+    // `+ 0.0` turns a negative zero into a positive one.
+    let normal = |slope: &DVec2| (-slope.extend(-1.0)).normalize().as_vec3().to_array().map(|c| c + 0.0);
+    slopes.as_slice().iter().map(normal).collect()
 }
 
 #[cfg(test)]

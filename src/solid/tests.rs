@@ -1,4 +1,5 @@
 use super::*;
+use crate::grid::Field;
 use proptest::prelude::*;
 
 fn surface(extent: Extent, nx: usize, ny: usize, h: impl Fn(f64, f64) -> f64) -> HeightField {
