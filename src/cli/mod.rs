@@ -45,7 +45,7 @@ pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
     // Nothing half-written stays behind: outputs are written under another name until they are whole.
     let handler = ctrlc::set_handler(|| {
-        glasswarp::export::remove_unfinished();
+        let _held = glasswarp::export::remove_unfinished();
         eprintln!("\ninterrupted; nothing half-written was left");
         std::process::exit(130);
     });

@@ -78,6 +78,38 @@ pub fn write_atomically(
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
+    let (target, folder) = destination(path)?;
+    let mut temporary = begin(path, &folder)?;
+    let outcome = fill(temporary.as_file_mut(), write);
+    finish(temporary, |file| outcome.and_then(|()| file.persist(&target).map(drop).map_err(|e| e.error)))
+        .map_err(failed)
+}
+
+/// Begins a temporary file that an interruption removes.
+fn begin(path: &Path, folder: &Path) -> Result<tempfile::NamedTempFile, WriteError> {
+    let mut unfinished = unfinished();
+    let file = create(folder).map_err(|source| WriteError::Folder {
+        path: path.to_path_buf(),
+        folder: folder.to_path_buf(),
+        source,
+    })?;
+    unfinished.insert(file.path().to_path_buf());
+    Ok(file)
+}
+
+/// Ends a temporary file. If `end` does not take it, it is removed.
+fn finish(
+    file: tempfile::NamedTempFile,
+    end: impl FnOnce(tempfile::NamedTempFile) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut unfinished = unfinished();
+    unfinished.remove(file.path());
+    end(file)
+}
+
+/// Where a file will really be written, and in which folder it is made.
+fn destination(path: &Path) -> Result<(PathBuf, PathBuf), WriteError> {
+    let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
     // A link stays a link: what it points at is replaced. A device must not be replaced by a file.
     let target = if path.is_symlink() { fs::canonicalize(path).map_err(failed)? } else { path.to_path_buf() };
     if target.file_name().is_none() || fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
@@ -90,22 +122,18 @@ pub fn write_atomically(
     if !folder.is_dir() {
         return Err(WriteError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
     }
-    let mut temporary = {
-        let mut unfinished = unfinished();
-        let file = create(folder).map_err(|source| WriteError::Folder {
-            path: path.to_path_buf(),
-            folder: folder.to_path_buf(),
-            source,
-        })?;
-        unfinished.insert(file.path().to_path_buf());
-        file
-    };
-    let name = temporary.path().to_path_buf();
-    let outcome = fill(temporary.as_file_mut(), write);
-    let mut unfinished = unfinished();
-    unfinished.remove(&name);
-    // Dropping the temporary file removes it, on every early return.
-    outcome.and_then(|()| temporary.persist(&target).map(drop).map_err(|e| e.error)).map_err(failed)
+    let folder = folder.to_path_buf();
+    Ok((target, folder))
+}
+
+/// Finds out whether a file can be written, before the work whose result it shall hold.
+///
+/// # Errors
+/// Those of [`write_atomically`] that are known beforehand.
+pub fn probe(path: &Path) -> Result<(), WriteError> {
+    let (_, folder) = destination(path)?;
+    let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
+    finish(begin(path, &folder)?, |_| Ok(())).map_err(failed)
 }
 
 fn fill(file: &mut File, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
@@ -176,6 +204,18 @@ mod tests {
         assert!(matches!(error, WriteError::Io { .. }) && error.to_string().contains("block.stl"), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert_eq!(names(folder.path()), ["block.stl"]);
+    }
+
+    #[test]
+    fn a_probe_leaves_nothing_and_touches_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.stl");
+        probe(&path).unwrap();
+        assert!(names(folder.path()).is_empty());
+        fs::write(&path, "old").unwrap();
+        probe(&path).unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert!(matches!(probe(&folder.path().join("nowhere/block.stl")), Err(WriteError::NoFolder { .. })));
     }
 
     #[test]

@@ -9,7 +9,7 @@ mod glb;
 mod obj;
 mod stl;
 
-pub use atomic::{Held, WriteError, remove_unfinished, write_atomically};
+pub use atomic::{Held, WriteError, probe, remove_unfinished, write_atomically};
 pub use glb::write_glb;
 pub use obj::write_obj;
 pub use stl::write_stl;

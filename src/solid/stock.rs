@@ -44,6 +44,14 @@ impl Stock {
         Self { least_mm, ..self }
     }
 
+    /// Refuses thicknesses that no relief at all would fit, before a surface is solved for.
+    ///
+    /// # Errors
+    /// A thickness out of range, or a sheet thinner than what must remain of it.
+    pub fn check(self) -> Result<(), SolidError> {
+        self.thickness_mm(0.0).map(drop)
+    }
+
     /// Thickness of the sheet for a relief of this depth, mm.
     pub(super) fn thickness_mm(self, relief_mm: f64) -> Result<f64, SolidError> {
         let (least, greatest) = Self::LIMITS_MM;
