@@ -187,3 +187,11 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
     }
     Ok(())
 }
+
+/// Judges the first STL, or without one the first output: what a shop would get.
+fn judge_output(plan: &Plan) -> Result<Judgement, Failure> {
+    let first = &plan.outputs[0];
+    let output = plan.outputs.iter().find(|path| Format::from_path(path) == Ok(Format::Stl)).unwrap_or(first);
+    let side = side_file::SideFile::read(&side_file::path_beside(output))?;
+    judge::judge(output, &side.bench, &plan.target, judge::Look::default())
+}
