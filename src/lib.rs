@@ -20,6 +20,7 @@
 
 pub mod bench;
 pub mod grid;
+pub mod optics;
 pub mod optim;
 pub mod solver;
 pub mod surface;
