@@ -19,6 +19,7 @@
 //! Irradiance is linear and has the mean 1.
 
 pub mod bench;
+pub mod forward;
 pub mod grid;
 pub mod optics;
 pub mod optim;

@@ -3,6 +3,7 @@
 //! Node grids span a rectangle edge to edge; cell grids tile it. Both are row-major: row `j` runs along `+y`, column `i`
 //! along `+x`.
 
+pub mod dct;
 mod field;
 mod resample;
 

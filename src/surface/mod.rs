@@ -1,5 +1,9 @@
 //! The exit face: normals to slopes, slopes to heights, and the spline through the heights.
 
+mod spline;
+
+pub use spline::{SurfaceSample, SurfaceSpline};
+
 use crate::grid::{Extent, Field};
 
 /// Heights of the exit face at nodes that span it edge to edge, mm, with the mean of all nodes at 0.

@@ -1,0 +1,234 @@
+//! Forward caustics (section 2.1 of the paper): cast the photon mesh through a height field and weigh its beams.
+//!
+//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline with
+//! the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
+
+mod splat;
+
+use crate::{
+    bench::{Bench, ExitFace},
+    grid::Field,
+    surface::SurfaceSpline,
+};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use splat::Film;
+
+/// Where on the block the light is taken to leave it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometry {
+    /// On the plane at the mean height, with the normals of the surface: the paper's assumption.
+    NormalMappedPlane,
+    /// On the surface itself.
+    Displaced,
+}
+
+/// What the receiver gets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Caustic {
+    /// Irradiance on the cells of the window; 1 is what every cell would get if all of the flux were spread evenly over the
+    /// window.
+    pub irradiance: Field<f64>,
+    /// Share of the flux that lands beside the window.
+    pub outside: f64,
+    /// Share of the flux that is totally reflected at the exit face.
+    pub reflected: f64,
+}
+
+/// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
+/// edge. Not finite where the light is totally reflected.
+pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
+    let lattice = spline.lattice(nx, ny);
+    let mut mesh = vec![DVec2::ZERO; nx * ny];
+    mesh.par_chunks_mut(nx).enumerate().for_each_init(Vec::new, |scratch, (j, out)| {
+        lattice.row(j, scratch, |i, height, slope| {
+            out[i] = land(bench, geometry, bench.block().node(i, j, nx, ny), height, slope);
+        });
+    });
+    Field::from_vec(nx, ny, mesh)
+}
+
+/// The irradiance on `cells` of the window, from `beams` beams of light across the block.
+///
+/// Every beam is the quadrilateral between four neighbouring rays, equations (1) to (3) of the paper: its flux is that of its
+/// cross section on the surface, spread over the area that it covers on the receiver.
+pub fn irradiance(
+    spline: &SurfaceSpline,
+    bench: &Bench,
+    geometry: Geometry,
+    beams: (usize, usize),
+    cells: (usize, usize),
+) -> Caustic {
+    let (nx, ny) = beams;
+    let lattice = spline.lattice(nx + 1, ny + 1);
+    let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
+    let origin = bench.window_centre_mm() + bench.window().lower();
+    // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
+    let rows_per_band = ny.div_ceil(BANDS);
+    let bands: Vec<Film> = (0..ny.div_ceil(rows_per_band))
+        .into_par_iter()
+        .map(|band| {
+            let (begin, end) = (band * rows_per_band, ((band + 1) * rows_per_band).min(ny));
+            let mut corners = Vec::with_capacity((end - begin + 1) * (nx + 1));
+            let mut scratch = Vec::new();
+            for j in begin..=end {
+                lattice.row(j, &mut scratch, |i, height, slope| {
+                    let from = bench.block().node(i, j, nx + 1, ny + 1);
+                    let at = (land(bench, geometry, from, height, slope) - origin) * scale;
+                    corners.push(Corner { at, flux: flux(bench, slope) });
+                });
+            }
+            Film::of_band(&corners, nx + 1, cells)
+        })
+        .collect();
+    let mut sum = vec![0.0; cells.0 * cells.1];
+    let (mut landed, mut outside, mut reflected) = (0.0, 0.0, 0.0);
+    for film in &bands {
+        film.add_to(&mut sum);
+        landed += film.landed;
+        outside += film.outside;
+        reflected += film.reflected;
+    }
+    let total: f64 = landed + outside + reflected;
+    let mean = total / sum.len() as f64;
+    sum.iter_mut().for_each(|v| *v /= mean);
+    Caustic {
+        irradiance: Field::from_vec(cells.0, cells.1, sum),
+        outside: outside / total,
+        reflected: reflected / total,
+    }
+}
+
+/// Number of films; a constant, so that results do not depend on the number of threads.
+const BANDS: usize = 48;
+
+/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries per area of the mesh.
+#[derive(Clone, Copy)]
+struct Corner {
+    at: DVec2,
+    flux: f64,
+}
+
+/// Flux through the surface per unit of area in the xy plane, relative to light that arrives along the axis.
+fn flux(bench: &Bench, slope: DVec2) -> f64 {
+    bench.light_direction().dot(DVec3::new(-slope.x, -slope.y, 1.0)).abs()
+}
+
+/// Where the ray that leaves the block above `from` lands, mm; not finite if it is totally reflected.
+fn land(bench: &Bench, geometry: Geometry, from: DVec2, height_mm: f64, slope: DVec2) -> DVec2 {
+    let normal = DVec3::new(-slope.x, -slope.y, 1.0).normalize();
+    let incident = bench.light_direction();
+    let cos = incident.dot(normal);
+    let exitant = match bench.exit_face() {
+        ExitFace::Refracts { ior } => {
+            // Snell's law in vector form; the root is not a number beyond the critical angle.
+            incident * ior + normal * ((1.0 - ior * ior * (1.0 - cos * cos)).sqrt() - ior * cos)
+        }
+        ExitFace::Reflects => incident - normal * (2.0 * cos),
+    };
+    let z = match geometry {
+        Geometry::NormalMappedPlane => 0.0,
+        Geometry::Displaced => height_mm,
+    };
+    if exitant.z > 0.0 { from + exitant.truncate() * ((bench.distance_mm() - z) / exitant.z) } else { DVec2::NAN }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{grid::Extent, surface::HeightField};
+
+    const BLOCK: Extent = Extent::new(40.0, 30.0);
+
+    fn bench(exit_face: ExitFace) -> Bench {
+        Bench::new(BLOCK, 200.0, exit_face).unwrap()
+    }
+
+    fn spline(f: impl Fn(DVec2) -> f64) -> SurfaceSpline {
+        let (nx, ny) = (81, 61);
+        SurfaceSpline::through(&HeightField::new(BLOCK, Field::from_fn(nx, ny, |i, j| f(BLOCK.node(i, j, nx, ny)))))
+    }
+
+    #[test]
+    fn a_flat_block_lights_its_window_evenly() {
+        let caustic = irradiance(
+            &spline(|_| 0.0),
+            &bench(ExitFace::Refracts { ior: 1.5 }),
+            Geometry::Displaced,
+            (97, 83),
+            (20, 15),
+        );
+        assert!(caustic.irradiance.as_slice().iter().all(|v| (v - 1.0).abs() < 1e-12));
+        assert!(caustic.outside.abs() < 1e-12 && caustic.reflected == 0.0);
+    }
+
+    #[test]
+    fn a_prism_deflects_by_snells_law_on_the_plane_and_on_the_surface() {
+        let (slope, ior) = (0.2_f64, 1.5_f64);
+        let tilt = slope.atan();
+        let deflection = (ior * tilt.sin()).asin() - tilt;
+        let prism = spline(|p| slope * p.x);
+        let bench = bench(ExitFace::Refracts { ior });
+        for (geometry, lever) in [(Geometry::NormalMappedPlane, 0.0), (Geometry::Displaced, slope)] {
+            let mesh = photon_mesh(&prism, &bench, geometry, 5, 5);
+            for j in 0..5 {
+                for i in 0..5 {
+                    let from = BLOCK.node(i, j, 5, 5);
+                    // The thicker side is at +x; the light is bent towards it.
+                    let wanted = from + DVec2::new((200.0 - lever * from.x) * deflection.tan(), 0.0);
+                    assert!((mesh[(i, j)] - wanted).length() < 1e-9, "{} against {wanted}", mesh[(i, j)]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_parabolic_mirror_gathers_all_light_in_its_focus() {
+        let focal = 200.0;
+        let mesh = photon_mesh(
+            &spline(|p| p.length_squared() / (4.0 * focal)),
+            &bench(ExitFace::Reflects),
+            Geometry::Displaced,
+            9,
+            9,
+        );
+        // The node mean is put at 0, so that the focus is a little off the receiver.
+        assert!(mesh.as_slice().iter().all(|p| p.length() < 0.05));
+    }
+
+    #[test]
+    fn flux_is_conserved_where_light_misses_the_window_and_where_it_is_totally_reflected() {
+        let steep = spline(|p| 0.03 * p.x * p.x + 0.02 * p.y * p.y);
+        let caustic =
+            irradiance(&steep, &bench(ExitFace::Refracts { ior: 1.5 }), Geometry::Displaced, (200, 150), (16, 12));
+        let inside = caustic.irradiance.mean();
+        assert!(caustic.outside > 0.05 && caustic.reflected > 0.05, "{} {}", caustic.outside, caustic.reflected);
+        assert!((inside + caustic.outside + caustic.reflected - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_smooth_lens_gives_its_analytic_irradiance() {
+        // On the plane, h = a x^2 / 2 sends x to x + D tan(asin(n sin t) - t), t = atan(a x): the irradiance follows.
+        let (a, ior, distance) = (-6e-4, 1.5, 200.0);
+        let bench = bench(ExitFace::Refracts { ior });
+        let caustic =
+            irradiance(&spline(|p| 0.5 * a * p.x * p.x), &bench, Geometry::NormalMappedPlane, (400, 300), (40, 6));
+        let landing = |x: f64| {
+            let t: f64 = (a * x).atan();
+            x + distance * ((ior * t.sin()).asin() - t).tan()
+        };
+        let invert = |target: f64| {
+            let mut x = target;
+            for _ in 0..50 {
+                x -= landing(x) - target;
+            }
+            x
+        };
+        for cell in 2..38 {
+            let (left, right) = (f64::from(cell) - 20.0, f64::from(cell) - 19.0);
+            let wanted = invert(right) - invert(left);
+            let got = caustic.irradiance[(cell as usize, 3)];
+            assert!((got - wanted).abs() < 1e-3 * wanted, "cell {cell}: {got} against {wanted}");
+        }
+    }
+}
