@@ -26,3 +26,4 @@ pub mod optim;
 pub mod solver;
 pub mod surface;
 pub mod target;
+pub mod warp;

@@ -25,6 +25,10 @@ pub struct Options {
     /// Converged when ten iterations together lower the objective by no more than this part of it:
     /// `f_(k-10) - f_k <= decrease_tolerance * |f_k|`; default 1e-10, at least 0, below 1.
     pub decrease_tolerance: f64,
+    /// Largest change of any variable in the very first trial step, in the unit of the variables; above 0. `None`, the
+    /// default, tries the step that would lower the objective by its own value to first order, which suits well-scaled
+    /// problems only: a first step far too long may end in another valley.
+    pub first_move: Option<f64>,
     /// Constant of the sufficient decrease condition; default 1e-4, between 0 and `curvature`.
     pub sufficient_decrease: f64,
     /// Constant of the curvature condition; default 0.2, above `sufficient_decrease`, below 1/2 so that conjugate
@@ -38,6 +42,7 @@ impl Default for Options {
             iteration_limit: 200,
             gradient_tolerance: 1e-8,
             decrease_tolerance: 1e-10,
+            first_move: None,
             sufficient_decrease: 1e-4,
             curvature: 0.2,
         }
@@ -77,6 +82,7 @@ impl Options {
         let below_one = 1.0 - f64::EPSILON;
         OptionError::check("gradient_tolerance", self.gradient_tolerance, 0.0, below_one)?;
         OptionError::check("decrease_tolerance", self.decrease_tolerance, 0.0, below_one)?;
+        OptionError::check("first_move", self.first_move.unwrap_or(1.0), f64::MIN_POSITIVE, f64::MAX)?;
         OptionError::check("curvature", self.curvature, f64::MIN_POSITIVE, 0.5)?;
         OptionError::check("sufficient_decrease", self.sufficient_decrease, 0.0, self.curvature)
     }
@@ -132,8 +138,11 @@ pub fn minimise(
     let mut d: Vec<f64> = g.iter().map(|v| -v).collect();
     let mut slope = -gg;
     let mut downhill = true; // d is the steepest descent
-    // No scale is known yet: aim at a decrease of the order of the objective itself.
-    let mut first = if gg > 0.0 { value.abs().max(f64::MIN_POSITIVE) / gg } else { 1.0 };
+    let first_step = |g: &[f64], value: f64, gg: f64| match options.first_move {
+        Some(length) => length / g.iter().fold(f64::MIN_POSITIVE, |m: f64, v| m.max(v.abs())),
+        None => value.abs().max(f64::MIN_POSITIVE) / gg.max(f64::MIN_POSITIVE),
+    };
+    let mut first = first_step(&g, value, gg);
     while outcome.iterations.len() < options.iteration_limit {
         if gg.sqrt() <= enough {
             outcome.termination = Termination::Converged;
@@ -161,7 +170,7 @@ pub fn minimise(
             }
             Found::Nothing => {
                 turn(&mut d, 0.0, &g);
-                (slope, downhill, first) = (-gg, true, value.abs().max(f64::MIN_POSITIVE) / gg);
+                (slope, downhill, first) = (-gg, true, first_step(&g, value, gg));
                 continue;
             }
         };
