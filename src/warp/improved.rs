@@ -1,0 +1,217 @@
+//! Brightness warping that knows its own displacement and closes its loop.
+
+use super::{
+    AreaWeight, LEAST_TARGET, NAME,
+    locate::{locate, refine},
+    mesh::WarpMesh,
+    relief::{check_rays, displaced_surface, mesh_heights},
+    solve::Run,
+};
+use crate::{
+    bench::Bench,
+    forward::{Geometry, irradiance},
+    grid::{Field, area_resample},
+    optim::{OptionError, Summary},
+    solver::{Progress, Solution, SolveError, Solver},
+    surface::{EdgeRule, HeightField, SurfaceSpline},
+    target::TargetIrradiance,
+};
+
+/// Options of [`Warping`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WarpingOptions {
+    /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
+    pub coarse_iterations: usize,
+    /// Iterations at most on finer levels; `None`, the default, takes 80, and 200 where the darkest part of the target is below
+    /// a tenth of its mean.
+    pub fine_iterations: Option<usize>,
+    /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one the surface is that of a
+    /// normal-mapped plane.
+    pub height_passes: usize,
+    /// Iterations of each such pass; default 25.
+    pub height_iterations: usize,
+    /// Rounds at most that correct the target by what the surface really draws; default 2, 0 to 5: the mesh suffers from more.
+    pub closed_loop_rounds: usize,
+    /// Iterations of each such round; default 30.
+    pub closed_loop_iterations: usize,
+}
+
+impl Default for WarpingOptions {
+    fn default() -> Self {
+        Self {
+            coarse_iterations: 500,
+            fine_iterations: None,
+            height_passes: 2,
+            height_iterations: 25,
+            closed_loop_rounds: 2,
+            closed_loop_iterations: 30,
+        }
+    }
+}
+
+/// The paper's method with `lambda` in proportion to the squared cell size, quads aligned with the pixels of the target, a
+/// surface that is displaced as it will be milled, a smooth inverse of the warp, slopes of fourth order, and a closed loop.
+///
+/// Light must come along the axis; the window may have any size and place.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Warping {
+    options: WarpingOptions,
+}
+
+/// Longest side, in quads, of a level that is cheap enough to converge fully.
+const COARSE_QUADS: usize = 80;
+/// Least number of quads along the shorter side of the finest mesh, however small the picture.
+const LEAST_QUADS: usize = 32;
+
+impl Warping {
+    /// A solver with these options.
+    ///
+    /// # Errors
+    /// An option outside of its range.
+    pub fn new(options: WarpingOptions) -> Result<Self, OptionError> {
+        let check = |name, value: usize, least, greatest| OptionError::check(name, value as f64, least, greatest);
+        check("coarse_iterations", options.coarse_iterations, 1.0, 1e5)?;
+        check("fine_iterations", options.fine_iterations.unwrap_or(1), 1.0, 1e5)?;
+        check("height_passes", options.height_passes, 0.0, 10.0)?;
+        check("height_iterations", options.height_iterations, 1.0, 1e5)?;
+        check("closed_loop_rounds", options.closed_loop_rounds, 0.0, 5.0)?;
+        check("closed_loop_iterations", options.closed_loop_iterations, 1.0, 1e5)?;
+        Ok(Self { options })
+    }
+}
+
+/// Quads of the finest mesh: one for each pixel, or a whole number of them when the height grid is at least twice as fine;
+/// as many as the height grid has intervals when it is much coarser than the picture.
+fn finest_quads(pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
+    let intervals = (nodes.0 - 1, nodes.1 - 1);
+    let per_pixel = (intervals.0 / (2 * pixels.0)).min(intervals.1 / (2 * pixels.1)).max(1);
+    let per_pixel = per_pixel.max(LEAST_QUADS.div_ceil(pixels.0.min(pixels.1)));
+    let axis = |pixels: usize, intervals: usize| {
+        // Up to 1.5 pixels for a node the alignment is worth more than the match of the grids.
+        if 2 * pixels > 3 * intervals { intervals.max(4) } else { per_pixel * pixels }
+    };
+    (axis(pixels.0, intervals.0), axis(pixels.1, intervals.1))
+}
+
+impl Solver for Warping {
+    fn solve(
+        &self,
+        target: &TargetIrradiance,
+        bench: &Bench,
+        nodes: (usize, usize),
+        progress: &dyn Progress,
+    ) -> Result<Solution, SolveError> {
+        super::check_nodes(NAME, nodes)?;
+        if bench.light_direction().truncate().length() > 1e-9 {
+            let what = "light at an angle to the axis (the solver \"warping-paper\" does, on a plane)".to_owned();
+            return Err(SolveError::Unsupported { solver: NAME, what });
+        }
+        let quads = finest_quads((target.cells().nx(), target.cells().ny()), nodes);
+        let wanted = area_resample(target.cells(), quads.0, quads.1);
+        super::check_light(&wanted, LEAST_TARGET)?;
+        let weight = AreaWeight::Balanced(1.0);
+        let mut run = Run { solver: NAME, bench, weight, progress, summary: Summary::default() };
+        let dark = wanted.min_max().0 < 0.1;
+        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 80 });
+        let coarse = |q: (usize, usize)| q.0.max(q.1) <= COARSE_QUADS;
+        let mesh = run.pyramid(&wanted, |q| if coarse(q) { self.options.coarse_iterations } else { fine })?;
+        let heights = Field::filled(quads.0 + 1, quads.1 + 1, 0.0);
+        let mut state = State { mesh, heights };
+        for pass in 1..=self.options.height_passes {
+            let stage = format!("height-aware pass {pass}");
+            state.displace(&mut run, &stage, &wanted, self.options.height_iterations)?;
+        }
+        let (mut surface, mut missed) = state.surface(bench, nodes)?;
+        let mut best_mesh = None;
+        if self.options.closed_loop_rounds > 0 {
+            let drawn = |surface: &HeightField| Drawn::by(surface, bench, target);
+            let mut best = drawn(&surface);
+            let (mut aim, mut latest) = (wanted, best.clone());
+            for round in 1..=self.options.closed_loop_rounds {
+                aim = latest.corrected(&aim, target);
+                let stage = format!("closed loop {round}");
+                state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
+                let (next, next_missed) = state.surface(bench, nodes)?;
+                latest = drawn(&next);
+                if latest.error < best.error {
+                    (surface, missed, best) = (next, next_missed, latest.clone());
+                    best_mesh = Some(state.mesh.clone());
+                } else {
+                    break;
+                }
+            }
+        }
+        run.warn(best_mesh.as_ref().unwrap_or(&state.mesh), missed);
+        Ok(Solution { surface, summary: run.summary })
+    }
+}
+
+/// A warp and the heights of its vertices, mm.
+struct State {
+    mesh: WarpMesh,
+    heights: Field<f64>,
+}
+
+impl State {
+    /// Freezes the vertices at the height they have now, and minimises again.
+    fn displace(
+        &mut self,
+        run: &mut Run<'_>,
+        stage: &str,
+        cells: &Field<f64>,
+        iterations: usize,
+    ) -> Result<(), SolveError> {
+        self.heights = mesh_heights(&self.mesh, run.bench, &self.heights)?;
+        let depth = self.heights.map(|z| run.bench.distance_mm() - z);
+        run.minimise(stage, &mut self.mesh, cells, &depth, iterations)?;
+        check_rays(&self.mesh, &depth, run.bench)
+    }
+
+    /// The surface on the regular grid, and the number of nodes without a unique place in the warp.
+    fn surface(&self, bench: &Bench, nodes: (usize, usize)) -> Result<(HeightField, usize), SolveError> {
+        let mut places = locate(&self.mesh, bench.block(), nodes);
+        let missed = refine(&mut places, &self.mesh, bench.block());
+        let quads = (self.mesh.vertices().0 - 1, self.mesh.vertices().1 - 1);
+        let surface = displaced_surface(&places, quads, &self.heights, bench, EdgeRule::FourPoint)?;
+        Ok((surface, missed))
+    }
+}
+
+/// What a surface draws on the pixels of the target.
+#[derive(Clone)]
+struct Drawn {
+    irradiance: Field<f64>,
+    /// Relative RMS difference from the target.
+    error: f64,
+}
+
+/// Beams for each height node and for each pixel along an axis, whichever is more.
+const BEAMS_PER_NODE: usize = 2;
+const BEAMS_PER_PIXEL: usize = 4;
+/// A correction of the target at most by this factor in one round.
+const GREATEST_CORRECTION: f64 = 2.0;
+
+impl Drawn {
+    fn by(surface: &HeightField, bench: &Bench, target: &TargetIrradiance) -> Self {
+        let (wanted, nodes) = (target.cells(), surface.heights_mm());
+        let beams = |nodes: usize, pixels: usize| (BEAMS_PER_NODE * (nodes - 1)).max(BEAMS_PER_PIXEL * pixels);
+        let beams = (beams(nodes.nx(), wanted.nx()), beams(nodes.ny(), wanted.ny()));
+        let spline = SurfaceSpline::through(surface);
+        let cells = (wanted.nx(), wanted.ny());
+        let irradiance = irradiance(&spline, bench, Geometry::Displaced, beams, cells).irradiance;
+        let mean = irradiance.mean();
+        let square = Field::from_fn(cells.0, cells.1, |i, j| (irradiance[(i, j)] / mean - wanted[(i, j)]).powi(2));
+        Self { error: square.mean().sqrt(), irradiance }
+    }
+
+    /// `aim * target / drawn`, on the quads of `aim`.
+    fn corrected(&self, aim: &Field<f64>, target: &TargetIrradiance) -> Field<f64> {
+        let (mx, my) = (aim.nx(), aim.ny());
+        let wanted = area_resample(target.cells(), mx, my);
+        let drawn = area_resample(&self.irradiance, mx, my);
+        Field::from_fn(mx, my, |i, j| {
+            let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
+            aim[(i, j)] * ratio.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
+        })
+    }
+}
