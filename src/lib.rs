@@ -25,3 +25,4 @@ pub mod optim;
 pub mod solver;
 pub mod surface;
 pub mod target;
+pub mod transport;
