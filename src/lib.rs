@@ -19,9 +19,11 @@
 //! Irradiance is linear and has the mean 1.
 
 pub mod bench;
+pub mod export;
 pub mod forward;
 pub mod grid;
 pub mod optim;
+pub mod solid;
 pub mod solver;
 pub mod surface;
 pub mod target;

@@ -1,0 +1,55 @@
+use std::{error::Error, io, path::Path, process::ExitCode};
+
+/// What ends a command early. The kind decides the exit code.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Failure {
+    /// A file could not be read or written, or something broke inside.
+    #[error("{what}")]
+    Io {
+        what: String,
+        #[source]
+        source: Box<dyn Error + Send + Sync>,
+    },
+    /// The request makes no sense, or physics forbids it.
+    #[error("{0}")]
+    Usage(String),
+    /// The request makes no sense, or physics forbids it: the library's own words.
+    #[error(transparent)]
+    Refused(Box<dyn Error + Send + Sync>),
+    /// A check or verification fell short of what was asked.
+    #[error("{0}")]
+    FellShort(String),
+    /// The mesh is no closed, oriented solid.
+    #[error("{what}")]
+    InvalidMesh {
+        what: String,
+        #[source]
+        source: Option<Box<dyn Error + Send + Sync>>,
+    },
+}
+
+impl Failure {
+    pub(crate) fn reading(path: &Path, source: io::Error) -> Self {
+        Self::Io { what: format!("{} cannot be read", path.display()), source: source.into() }
+    }
+
+    pub(crate) fn refused(error: impl Error + Send + Sync + 'static) -> Self {
+        Self::Refused(error.into())
+    }
+
+    /// Prints what happened and why, and gives the exit code: 1 input, output or internal, 2 usage, 3 fell short, 4 mesh.
+    pub(crate) fn report(&self) -> ExitCode {
+        eprintln!("error: {self}");
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            eprintln!("  because: {error}");
+            cause = error.source();
+        }
+        ExitCode::from(match self {
+            Self::Io { .. } => 1,
+            Self::Usage(_) | Self::Refused(_) => 2,
+            Self::FellShort(_) => 3,
+            Self::InvalidMesh { .. } => 4,
+        })
+    }
+}

@@ -1,0 +1,76 @@
+use serde::{Deserialize, Deserializer, de};
+use std::{fmt, str::FromStr};
+
+/// A length as a person writes it: `250mm`, `25cm`, `0.25m`, `9.8in`; a bare number is millimetres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Length {
+    pub(crate) mm: f64,
+}
+
+impl FromStr for Length {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        // An exponent's e is part of the number, no unit begins with it.
+        let unit_at = text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '"').unwrap_or(text.len());
+        let (number, unit) = text.split_at(unit_at);
+        let scale = match unit.trim() {
+            "" | "mm" => 1.0,
+            "cm" => 10.0,
+            "m" => 1000.0,
+            "in" | "\"" => 25.4,
+            other => return Err(format!("unknown unit '{other}'; use mm, cm, m or in (a bare number is mm)")),
+        };
+        match number.trim().parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Self { mm: value * scale }),
+            _ => Err(format!("'{}' is no number", number.trim())),
+        }
+    }
+}
+
+impl fmt::Display for Length {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm", self.mm)
+    }
+}
+
+impl<'de> Deserialize<'de> for Length {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Length;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a length such as \"100mm\", \"10cm\", \"4in\", or a number of millimetres")
+            }
+            fn visit_f64<E: de::Error>(self, mm: f64) -> Result<Length, E> {
+                Ok(Length { mm })
+            }
+            fn visit_i64<E: de::Error>(self, mm: i64) -> Result<Length, E> {
+                Ok(Length { mm: mm as f64 })
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Length, E> {
+                text.parse().map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_any(Visitor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_read_with_their_units() {
+        for (text, mm) in
+            [("100", 100.0), ("100mm", 100.0), ("10 cm", 100.0), ("0.1m", 100.0), ("4in", 101.6), ("1e2", 100.0), ("-5mm", -5.0)]
+        {
+            let length: Length = text.parse().unwrap();
+            assert!((length.mm - mm).abs() < 1e-9, "{text} is {length}");
+        }
+        for text in ["", "mm", "ten", "5 furlongs", "nan", "inf", "1e999", "5mmm"] {
+            assert!(text.parse::<Length>().is_err(), "{text} was taken");
+        }
+    }
+}

@@ -1,0 +1,72 @@
+//! The command line: one file per subcommand; arguments become typed options once, here.
+
+mod design;
+mod error;
+mod judge;
+mod length;
+mod progress;
+mod settings;
+mod side_file;
+mod verify;
+
+use clap::{Parser, Subcommand};
+use error::Failure;
+use std::process::ExitCode;
+
+const EXAMPLES: &str = "\
+Examples:
+  glasswarp design portrait.png -o block.stl -o block.glb -o block.obj
+  glasswarp design logo.png --material pmma --size 15cm --distance 1m -o logo.stl
+  glasswarp verify block.stl --target portrait.png
+
+Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error, 2 a request that makes no
+sense or that physics forbids, 3 a verification fell short, 4 the mesh is no closed solid.";
+
+/// Turns a picture into a block of glass whose light draws that picture.
+#[derive(Parser)]
+#[command(version, after_help = EXAMPLES, max_term_width = 120)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Make a block from a picture, export it, and trace light through what was exported
+    Design(design::DesignArgs),
+    /// Trace light through an exported block and judge the picture that it draws
+    Verify(verify::VerifyArgs),
+    /// List the materials known by name, with their refractive indices
+    Materials,
+}
+
+/// Parses, runs, and reports.
+pub(crate) fn run() -> ExitCode {
+    let cli = Cli::parse();
+    // Nothing half-written stays behind: outputs are written under another name until they are whole.
+    let handler = ctrlc::set_handler(|| {
+        glasswarp::export::remove_unfinished();
+        eprintln!("\ninterrupted; nothing half-written was left");
+        std::process::exit(130);
+    });
+    if let Err(error) = handler {
+        eprintln!("warning: an interruption cannot be handled ({error})");
+    }
+    let done = match cli.command {
+        Command::Design(args) => design::run(&args),
+        Command::Verify(args) => verify::run(&args),
+        Command::Materials => materials(),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
+
+fn materials() -> Result<(), Failure> {
+    println!("{:<14} {:>7}  description", "name", "index");
+    for material in glasswarp::materials::MATERIALS {
+        println!("{:<14} {:>7}  {}", material.name, material.ior, material.description);
+    }
+    Ok(())
+}

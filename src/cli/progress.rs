@@ -1,0 +1,44 @@
+use glasswarp::solver::Progress;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::{cell::RefCell, io::IsTerminal, time::Duration};
+
+/// Progress on standard error: a bar with the time left for each stage, nothing at all off a terminal.
+pub(crate) struct TerminalProgress {
+    bar: RefCell<Option<ProgressBar>>,
+}
+
+impl TerminalProgress {
+    pub(crate) fn new() -> Self {
+        Self { bar: RefCell::new(None) }
+    }
+
+    /// Removes the bar.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = self.bar.take() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Progress for TerminalProgress {
+    fn begin(&self, stage: &str, steps: usize) {
+        self.finish();
+        if !std::io::stderr().is_terminal() {
+            return;
+        }
+        let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr_with_hz(10));
+        let template = "{msg:<34} [{bar:30}] {pos}/{len}  {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.set_message(stage.to_owned());
+        bar.enable_steady_tick(Duration::from_millis(500));
+        self.bar.replace(Some(bar));
+    }
+
+    fn advance(&self, done: usize) {
+        if let Some(bar) = self.bar.borrow().as_ref() {
+            bar.set_position(done as u64);
+        }
+    }
+}

@@ -1,0 +1,155 @@
+use super::{error::Failure, length::Length};
+use clap::{Args, ValueEnum};
+use glasswarp::target::Transfer;
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+
+/// Everything that shapes a block. One declaration serves the command line and the `[design]` table of a TOML file; a flag
+/// goes before the file, the file before the default.
+#[derive(Args, Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case", default)]
+pub(crate) struct Settings {
+    /// The picture, in a design file only (relative to that file).
+    #[arg(skip)]
+    pub(crate) picture: Option<PathBuf>,
+
+    /// Width of the block; its height follows the picture's aspect [default: 100mm]
+    #[arg(long, value_name = "LENGTH", help_heading = "Bench")]
+    pub(crate) size: Option<Length>,
+
+    /// From the mean plane of the exit face to the receiver [default: 250mm]
+    #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
+    pub(crate) distance: Option<Length>,
+
+    /// Refractive index of the block [default: 1.5]
+    #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
+    pub(crate) ior: Option<f64>,
+
+    /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
+    #[arg(long, value_name = "NAME", help_heading = "Bench")]
+    pub(crate) material: Option<String>,
+
+    /// Stock: from the entry face to the highest point of the exit face [default: the thinnest standard sheet that holds the
+    /// relief]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) thickness: Option<Length>,
+
+    /// Least thickness that the block may have anywhere [default: 3mm]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) min_thickness: Option<Length>,
+
+    /// Height nodes across the width [default: two per pixel, 257 to 1025]
+    #[arg(long, value_name = "N", help_heading = "Block")]
+    pub(crate) nodes: Option<usize>,
+
+    /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes [default: 0.1]
+    #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true)]
+    pub(crate) offset: Option<f64>,
+
+    /// How numbers in the picture become light [default: srgb, for OpenEXR linear]
+    #[arg(long, value_name = "CURVE", help_heading = "Picture")]
+    pub(crate) transfer: Option<TransferName>,
+
+    /// How the surface is found [default: transport]
+    #[arg(long, value_name = "NAME", help_heading = "Solver")]
+    pub(crate) solver: Option<SolverName>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum TransferName {
+    /// Encoded for a screen: the wall looks like the picture on that screen
+    Srgb,
+    /// Light already
+    Linear,
+}
+
+impl From<TransferName> for Transfer {
+    fn from(name: TransferName) -> Self {
+        match name {
+            TransferName::Srgb => Self::Srgb,
+            TransferName::Linear => Self::Linear,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum SolverName {
+    /// Optical-path transport: the most accurate, and the only one for true black (offset 0)
+    #[default]
+    Transport,
+    /// Brightness warping, improved: height-aware, smooth, closed loop
+    Warping,
+    /// Brightness warping as the paper prints it
+    WarpingPaper,
+}
+
+/// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
+#[derive(Deserialize)]
+struct DesignFile {
+    design: Settings,
+}
+
+impl Settings {
+    /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
+        let file: DesignFile = toml::from_str(&text)
+            .map_err(|error| Failure::Usage(format!("{} is no design file:\n{error}", path.display())))?;
+        let mut settings = file.design;
+        settings.resolve_picture(path);
+        Ok(settings)
+    }
+
+    /// Takes the picture's path, so far relative to the file that names it, relative to the working folder.
+    pub(crate) fn resolve_picture(&mut self, file: &Path) {
+        if let Some(picture) = &mut self.picture {
+            *picture = file.parent().unwrap_or(Path::new("")).join(&picture);
+        }
+    }
+
+    /// These settings, and where they are silent, `other`'s.
+    pub(crate) fn or(self, other: Self) -> Self {
+        // Index and material are one choice: a flag for either silences both in the file.
+        let (ior, material) = match (self.ior, self.material) {
+            (None, None) => (other.ior, other.material),
+            chosen => chosen,
+        };
+        Self {
+            picture: self.picture.or(other.picture),
+            size: self.size.or(other.size),
+            distance: self.distance.or(other.distance),
+            ior,
+            material,
+            thickness: self.thickness.or(other.thickness),
+            min_thickness: self.min_thickness.or(other.min_thickness),
+            nodes: self.nodes.or(other.nodes),
+            offset: self.offset.or(other.offset),
+            transfer: self.transfer.or(other.transfer),
+            solver: self.solver.or(other.solver),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flags_go_before_the_file() {
+        let file: DesignFile = toml::from_str("[design]\nsize = \"20cm\"\nior = 1.6\noffset = 0.2\nsolver = \"warping-paper\"").unwrap();
+        let flags = Settings { material: Some("pmma".into()), offset: Some(0.3), ..Settings::default() };
+        let merged = flags.or(file.design);
+        assert_eq!(merged.size, Some(Length { mm: 200.0 }));
+        assert_eq!((merged.ior, merged.material.as_deref()), (None, Some("pmma")));
+        assert_eq!(merged.offset, Some(0.3));
+        assert_eq!(merged.solver, Some(SolverName::WarpingPaper));
+    }
+
+    #[test]
+    fn a_misspelt_key_is_named_with_its_place() {
+        let error = toml::from_str::<DesignFile>("[design]\ndistanse = 250").err().unwrap().to_string();
+        assert!(error.contains("line 2") && error.contains("distanse"), "{error}");
+    }
+}

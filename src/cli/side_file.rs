@@ -1,0 +1,184 @@
+//! The file that lies beside every set of outputs, so that nobody has to remember how a block was meant.
+
+use super::{
+    error::Failure,
+    settings::{Settings, SolverName, TransferName},
+};
+use clap::ValueEnum;
+use glasswarp::export::write_atomically;
+use serde::Deserialize;
+use sha2::{Digest, Sha256};
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    fs::File,
+    io::{self, Read, Write as _},
+    path::{Path, PathBuf},
+};
+
+/// What a side file records of the bench; read back by `verify`.
+#[derive(Clone, Debug, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct BenchRecord {
+    pub(crate) width_mm: f64,
+    pub(crate) height_mm: f64,
+    pub(crate) entry_z_mm: f64,
+    pub(crate) relief_mm: f64,
+    pub(crate) thinnest_mm: f64,
+    pub(crate) distance_mm: f64,
+    pub(crate) window_width_mm: f64,
+    pub(crate) window_height_mm: f64,
+    pub(crate) ior: f64,
+}
+
+/// A side file as it is read back.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct SideFile {
+    pub(crate) design: Settings,
+    pub(crate) bench: BenchRecord,
+    pub(crate) picture: PictureRecord,
+    #[serde(default)]
+    pub(crate) files: BTreeMap<String, String>,
+}
+
+/// Which picture it was.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct PictureRecord {
+    pub(crate) sha256: String,
+}
+
+/// Where the side file of an output lies: the same name with the extension `toml`.
+pub(crate) fn path_beside(output: &Path) -> PathBuf {
+    output.with_extension("toml")
+}
+
+impl SideFile {
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
+        let mut side: Self = toml::from_str(&text)
+            .map_err(|error| Failure::Usage(format!("{} is no side file of a block:\n{error}", path.display())))?;
+        side.design.resolve_picture(path);
+        Ok(side)
+    }
+}
+
+/// What [`write`] needs to know.
+pub(crate) struct Record<'a> {
+    pub(crate) picture: &'a Path,
+    pub(crate) settings: &'a Settings,
+    pub(crate) bench: &'a BenchRecord,
+    pub(crate) solver: SolverName,
+    pub(crate) transfer: TransferName,
+    /// Outputs that share this side file.
+    pub(crate) outputs: &'a [&'a Path],
+}
+
+/// Writes the side file at `path`, with hashes of the picture and of every output.
+pub(crate) fn write(path: &Path, record: &Record<'_>) -> Result<(), Failure> {
+    let text = render(path, record)?;
+    write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| Failure::Io {
+        what: format!("the side file {} cannot be written", path.display()),
+        source: error.into(),
+    })
+}
+
+fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
+    let Record { settings, bench, .. } = record;
+    let hash = |file: &Path| sha256(file).map_err(|source| Failure::reading(file, source));
+    let name = |value: Option<clap::builder::PossibleValue>| value.map(|v| v.get_name().to_owned()).unwrap_or_default();
+    let mut text = String::new();
+    let mut line = |args: std::fmt::Arguments<'_>| writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() });
+    line(format_args!("# Written by glasswarp {}. All lengths are millimetres.", env!("CARGO_PKG_VERSION")))?;
+    line(format_args!("# `glasswarp design {0}` makes this block again, `glasswarp verify` reads its bench from here.", file_name(path)))?;
+    line(format_args!("\n[design]"))?;
+    line(format_args!("picture = {}", quoted(&relative_to(record.picture, path).to_string_lossy())))?;
+    line(format_args!("size = \"{}mm\"", bench.width_mm))?;
+    line(format_args!("distance = \"{}mm\"", bench.distance_mm))?;
+    line(format_args!("ior = {:?}", bench.ior))?;
+    if let Some(thickness) = settings.thickness {
+        line(format_args!("thickness = \"{}mm\"", thickness.mm))?;
+    }
+    if let Some(least) = settings.min_thickness {
+        line(format_args!("min-thickness = \"{}mm\"", least.mm))?;
+    }
+    if let Some(nodes) = settings.nodes {
+        line(format_args!("nodes = {nodes}"))?;
+    }
+    if let Some(offset) = settings.offset {
+        line(format_args!("offset = {offset:?}"))?;
+    }
+    line(format_args!("transfer = {}", quoted(&name(record.transfer.to_possible_value()))))?;
+    line(format_args!("solver = {}", quoted(&name(record.solver.to_possible_value()))))?;
+    line(format_args!("\n[bench]"))?;
+    line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
+    line(format_args!("ior = {:?}", bench.ior))?;
+    line(format_args!("width-mm = {:?} # along x", bench.width_mm))?;
+    line(format_args!("height-mm = {:?} # along y", bench.height_mm))?;
+    line(format_args!("entry-z-mm = {:?} # the planar face; the mean plane of the exit face is z = 0", bench.entry_z_mm))?;
+    line(format_args!("relief-mm = {:?} # of the exit face, peak to valley", bench.relief_mm))?;
+    line(format_args!("thinnest-mm = {:?}", bench.thinnest_mm))?;
+    line(format_args!("distance-mm = {:?} # from the mean plane of the exit face, z = 0, to the receiver", bench.distance_mm))?;
+    line(format_args!("window-width-mm = {:?} # of the picture on the receiver", bench.window_width_mm))?;
+    line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
+    line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;
+    line(format_args!("\n[picture]"))?;
+    line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
+    line(format_args!("\n[files] # sha256"))?;
+    for output in record.outputs {
+        line(format_args!("{} = \"{}\"", quoted(&file_name(output)), hash(output)?))?;
+    }
+    Ok(text)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+/// The path of `file` as seen from the folder of `from`, absolute where they have no folder in common.
+fn relative_to(file: &Path, from: &Path) -> PathBuf {
+    let folder = match from.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let (Ok(file), Ok(folder)) = (file.canonicalize(), folder.canonicalize()) else { return file.to_owned() };
+    let shared = file.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    if shared <= 1 {
+        return file;
+    }
+    let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
+    up.chain(file.components().skip(shared)).collect()
+}
+
+/// The SHA-256 of a file's content, in hexadecimal.
+pub(crate) fn sha256(path: &Path) -> io::Result<String> {
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => break,
+            n => hasher.update(&buffer[..n]),
+        }
+    }
+    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_written_relative_to_the_side_file() {
+        let dir = tempfile::tempdir().unwrap();
+        let root = dir.path();
+        std::fs::create_dir_all(root.join("a/b")).unwrap();
+        std::fs::write(root.join("a/p.png"), "x").unwrap();
+        let relative = relative_to(&root.join("a/p.png"), &root.join("a/b/block.toml"));
+        assert_eq!(relative, Path::new("../p.png"));
+        assert_eq!(relative_to(&root.join("a/p.png"), &root.join("a/block.toml")), Path::new("p.png"));
+    }
+}

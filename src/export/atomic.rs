@@ -1,0 +1,228 @@
+//! Files that appear whole or not at all.
+
+use std::{
+    collections::BTreeSet,
+    fs::{self, File},
+    io::{self, BufWriter, Write},
+    path::{Path, PathBuf},
+    sync::{Mutex, MutexGuard, PoisonError},
+};
+
+/// Why a file could not be written. Nothing is left behind, and what stood there before still does.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    /// The path names no file.
+    #[error("{} is not the name of a file to write", path.display())]
+    NoFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// There is no such folder.
+    #[error("cannot write {}: the folder {} does not exist", path.display(), folder.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// The folder that is missing.
+        folder: PathBuf,
+    },
+    /// The folder takes no new files.
+    #[error("cannot write {}: the folder {} takes no new file: {source}", path.display(), folder.display())]
+    Folder {
+        /// The file.
+        path: PathBuf,
+        /// The folder.
+        folder: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// Writing failed on the way: a full disk, for instance.
+    #[error("writing {} failed: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+}
+
+/// Temporary files that stand for files in the making.
+static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
+    // A set of paths is as good after a panic elsewhere as before.
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Holds off every [`write_atomically`] of the process from beginning or finishing a file.
+#[must_use = "files can be begun again as soon as this is dropped"]
+pub struct Held(#[allow(dead_code)] MutexGuard<'static, BTreeSet<PathBuf>>);
+
+/// Removes the temporary files of all unfinished writes: for a handler of Ctrl-C, which keeps the result until the process
+/// has exited, so that no further file appears.
+pub fn remove_unfinished() -> Held {
+    let mut paths = unfinished();
+    for path in std::mem::take(&mut *paths) {
+        // Nobody is left who could be told, and the next file may yet be removed.
+        let _ = fs::remove_file(path);
+    }
+    Held(paths)
+}
+
+/// Writes a file that appears whole or not at all: `write` fills a temporary file in the same folder through a buffer; it is
+/// flushed, handed to the disk, and only then renamed to `path`. A file that stood there is replaced.
+///
+/// # Errors
+/// A folder that is missing or takes no files, a path that is no regular file, or an error of `write` or of the disk.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
+    // A link stays a link: what it points at is replaced. A device must not be replaced by a file.
+    let target = if path.is_symlink() { fs::canonicalize(path).map_err(failed)? } else { path.to_path_buf() };
+    if target.file_name().is_none() || fs::metadata(&target).is_ok_and(|found| !found.is_file()) {
+        return Err(WriteError::NoFile { path: path.to_path_buf() });
+    }
+    let folder = match target.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        return Err(WriteError::NoFolder { path: path.to_path_buf(), folder: folder.to_path_buf() });
+    }
+    let mut temporary = {
+        let mut unfinished = unfinished();
+        let file = create(folder).map_err(|source| WriteError::Folder {
+            path: path.to_path_buf(),
+            folder: folder.to_path_buf(),
+            source,
+        })?;
+        unfinished.insert(file.path().to_path_buf());
+        file
+    };
+    let name = temporary.path().to_path_buf();
+    let outcome = fill(temporary.as_file_mut(), write);
+    let mut unfinished = unfinished();
+    unfinished.remove(&name);
+    // Dropping the temporary file removes it, on every early return.
+    outcome.and_then(|()| temporary.persist(&target).map(drop).map_err(|e| e.error)).map_err(failed)
+}
+
+fn fill(file: &mut File, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>) -> io::Result<()> {
+    let mut buffer = BufWriter::with_capacity(1 << 18, &mut *file);
+    write(&mut buffer)?;
+    buffer.flush()?;
+    drop(buffer);
+    // A disk may report that it is full only now.
+    file.sync_all()
+}
+
+fn create(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".glasswarp-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // What any new file gets, less the user's mask: temporary files are private otherwise.
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> =
+            fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn a_file_appears_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.stl");
+        for text in ["first", "second"] {
+            write_atomically(&path, |w| {
+                assert!(fs::read_dir(folder.path()).unwrap().count() >= 1);
+                w.write_all(text.as_bytes())
+            })
+            .unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+            assert_eq!(names(folder.path()), ["block.stl"]);
+        }
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let plain = folder.path().join("plain");
+            fs::write(&plain, "").unwrap();
+            let mode = |p: &Path| fs::metadata(p).unwrap().permissions().mode();
+            assert_eq!(mode(&path), mode(&plain));
+        }
+    }
+
+    #[test]
+    fn a_write_that_fails_on_the_way_leaves_the_old_file_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.stl");
+        fs::write(&path, "old").unwrap();
+        let error = write_atomically(&path, |w| {
+            w.write_all(&[7; 1 << 20])?;
+            Err(io::ErrorKind::StorageFull.into())
+        })
+        .unwrap_err();
+        assert!(matches!(error, WriteError::Io { .. }) && error.to_string().contains("block.stl"), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        assert_eq!(names(folder.path()), ["block.stl"]);
+    }
+
+    #[test]
+    fn an_interrupted_write_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.stl");
+        let error = write_atomically(&path, |w| {
+            w.write_all(b"half")?;
+            drop(remove_unfinished());
+            assert!(names(folder.path()).is_empty());
+            Ok(())
+        });
+        assert!(matches!(error, Err(WriteError::Io { .. })));
+        assert!(names(folder.path()).is_empty());
+    }
+
+    #[test]
+    fn folders_that_are_missing_or_no_folders_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("nowhere");
+        let error = write_atomically(&missing.join("block.stl"), |_| Ok(())).unwrap_err();
+        assert!(matches!(&error, WriteError::NoFolder { folder, .. } if *folder == missing), "{error}");
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(matches!(write_atomically(&file.join("block.stl"), |_| Ok(())), Err(WriteError::NoFolder { .. })));
+        for no_file in [folder.path(), Path::new("/"), Path::new(""), Path::new("..")] {
+            assert!(matches!(write_atomically(no_file, |_| Ok(())), Err(WriteError::NoFile { .. })));
+        }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_device_is_not_replaced_and_a_folder_of_the_kernel_takes_no_file() {
+        assert!(matches!(write_atomically(Path::new("/dev/full"), |_| Ok(())), Err(WriteError::NoFile { .. })));
+        let error = write_atomically(Path::new("/proc/block.stl"), |_| Ok(())).unwrap_err();
+        assert!(matches!(error, WriteError::Folder { .. }), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file.stl"), folder.path().join("link.stl"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_atomically(&link, |w| w.write_all(b"new")).unwrap();
+        assert!(link.is_symlink());
+        assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+    }
+}

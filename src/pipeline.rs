@@ -1,0 +1,97 @@
+//! The spine: from a target on a bench to a closed block.
+
+use crate::{
+    bench::Bench,
+    grid::Extent,
+    optim::Summary,
+    solid::{Solid, SolidError, Stock},
+    solver::{Progress, SolveError, Solver},
+    surface::HeightField,
+    target::TargetIrradiance,
+};
+
+/// A designed block.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// The exit face.
+    pub surface: HeightField,
+    /// The closed solid under it.
+    pub solid: Solid,
+    /// What the solver did.
+    pub summary: Summary,
+}
+
+/// Why there is no block.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DesignError {
+    /// The number of nodes is out of range.
+    #[error("{nodes} height nodes across make {nx} x {ny}; both must lie between {} and {}: change --nodes", LEAST_NODES, GREATEST_NODES)]
+    Nodes {
+        /// Nodes asked for across.
+        nodes: usize,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+    /// No surface draws the picture.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// The surface does not fit the stock.
+    #[error(transparent)]
+    Solid(#[from] SolidError),
+}
+
+/// Fewest nodes along a side: below, no picture is left.
+pub const LEAST_NODES: usize = 9;
+/// Most nodes along a side: indices and memory have been tried up to here.
+pub const GREATEST_NODES: usize = 8193;
+
+/// Height nodes for a block of this size with `across` nodes along its width and, as nearly as whole nodes allow, the same
+/// spacing along its height.
+///
+/// # Errors
+/// A number out of range.
+pub fn node_grid(block: Extent, across: usize) -> Result<(usize, usize), DesignError> {
+    let cells = across.saturating_sub(1) as f64 * block.height_mm / block.width_mm;
+    let (nx, ny) = (across, 1 + cells.round().min(1e9) as usize);
+    let limits = LEAST_NODES..=GREATEST_NODES;
+    if limits.contains(&nx) && limits.contains(&ny) { Ok((nx, ny)) } else { Err(DesignError::Nodes { nodes: across, nx, ny }) }
+}
+
+/// Nodes across that do justice to a picture of `pixels` across: two per pixel, as far as that stays quick to solve and to
+/// load in the programs that open the files.
+pub fn default_nodes(pixels: usize) -> usize {
+    (2 * pixels + 1).clamp(257, 1025)
+}
+
+/// Solves for the exit face and closes the solid under it.
+///
+/// # Errors
+/// A picture that physics forbids on this bench, a relief that the stock does not hold.
+pub fn design(
+    target: &TargetIrradiance,
+    bench: &Bench,
+    nodes: (usize, usize),
+    solver: &dyn Solver,
+    stock: Stock,
+    progress: &dyn Progress,
+) -> Result<Block, DesignError> {
+    let solution = solver.solve(target, bench, nodes, progress)?;
+    let solid = Solid::new(&solution.surface, stock)?;
+    Ok(Block { surface: solution.surface, solid, summary: solution.summary })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_grid_follows_the_aspect_of_the_block() {
+        assert_eq!(node_grid(Extent::new(100.0, 100.0), 641), Ok((641, 641)));
+        assert_eq!(node_grid(Extent::new(140.0, 100.0), 1793), Ok((1793, 1281)));
+        assert!(node_grid(Extent::new(100.0, 100.0), 2).is_err());
+        assert!(node_grid(Extent::new(100.0, 1.0), 257).is_err());
+        assert!(node_grid(Extent::new(100.0, 100.0), 0).is_err());
+    }
+}

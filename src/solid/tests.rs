@@ -1,0 +1,175 @@
+use super::*;
+use crate::grid::Field;
+use proptest::prelude::*;
+
+fn surface(extent: Extent, nx: usize, ny: usize, h: impl Fn(f64, f64) -> f64) -> HeightField {
+    HeightField::new(
+        extent,
+        Field::from_fn(nx, ny, |i, j| {
+            let at = extent.node(i, j, nx, ny);
+            h(at.x, at.y)
+        }),
+    )
+}
+
+fn wavy(x: f64, y: f64) -> f64 {
+    0.8 * (0.11 * x + 0.3).sin() * (0.07 * y - 0.2).cos() + 0.002 * x * y
+}
+
+#[test]
+fn blocks_of_any_aspect_and_size_are_sound() {
+    for (width, height, nx, ny) in [
+        (100.0, 100.0, 65, 65),
+        (100.0, 75.0, 4, 4),
+        (100.0, 60.0, 201, 121),
+        (1.0, 1.0, 30, 31),
+        (10_000.0, 10.0, 1001, 5),
+        (10.0, 3000.0, 4, 1200),
+        (33.3, 77.7, 50, 9),
+    ] {
+        let extent = Extent::new(width, height);
+        let solid = Solid::new(&surface(extent, nx, ny, |x, y| wavy(x % 50.0, y % 50.0)), Stock::default()).unwrap();
+        let proved = solid.check().unwrap_or_else(|fault| panic!("{width} x {height}, {nx} x {ny}: {fault}"));
+        assert_eq!(solid.exit_nodes(), (nx, ny));
+        assert!(proved.volume_mm3 > extent.area_mm2() * solid.thinnest_mm());
+        assert!(proved.volume_mm3 < extent.area_mm2() * solid.thickness_mm());
+        let corner = solid.vertex(nx * ny - 1);
+        assert_eq!([corner[0], corner[1]], [(width / 2.0) as f32, (height / 2.0) as f32]);
+    }
+}
+
+#[test]
+fn a_border_steeper_than_the_wall_is_high_keeps_its_walls_upright() {
+    let saw =
+        surface(
+            Extent::new(10.0, 10.0),
+            101,
+            101,
+            |x, y| if ((10.0 * (x + y)).round() as i64) % 2 == 0 { 2.0 } else { 0.0 },
+        );
+    let solid = Solid::new(&saw, Stock::default()).unwrap();
+    assert_eq!(solid.entry_nodes(), (101, 101));
+    solid.check().unwrap();
+}
+
+#[test]
+fn exit_vertices_are_the_height_nodes_and_the_entry_face_is_a_plane_below() {
+    let surface = surface(Extent::new(100.0, 80.0), 41, 33, wavy);
+    let solid = Solid::new(&surface, Stock::of_thickness(12.0)).unwrap();
+    for j in 0..33 {
+        for i in 0..41 {
+            let at = surface.extent().node(i, j, 41, 33);
+            let z = surface.heights_mm()[(i, j)];
+            assert_eq!(solid.vertex(j * 41 + i), [at.x as f32, at.y as f32, z as f32]);
+        }
+    }
+    let highest = surface.heights_mm().min_max().1;
+    for v in 41 * 33..solid.vertex_count() {
+        assert_eq!(solid.vertex(v)[2], (highest - 12.0) as f32);
+    }
+    assert_eq!(solid.thickness_mm(), 12.0);
+    assert!((solid.thinnest_mm() - (12.0 - surface.relief_mm())).abs() < 1e-12);
+}
+
+#[test]
+fn the_volume_converges_to_the_integral_of_the_surface() {
+    // The mean of the nodes is shifted to 0, so that the exit face encloses (nearly) the volume of a flat block.
+    let extent = Extent::new(60.0, 60.0);
+    let error = |n: usize| {
+        let h = |x: f64, y: f64| (x * std::f64::consts::PI / 30.0).cos() * (0.05 * y).exp();
+        let field = surface(extent, n, n, h);
+        let shift = h(-30.0, -30.0) - field.heights_mm()[(0, 0)];
+        let solid = Solid::new(&field, Stock::of_thickness(20.0)).unwrap();
+        // The integral of h over the block is 0: whole periods of the cosine.
+        (solid.volume_mm3() - extent.area_mm2() * (-shift - solid.entry_z_mm())).abs()
+    };
+    let (coarse, fine) = (error(33), error(65));
+    assert!(coarse < 3.0 && fine < 0.3 * coarse, "{coarse} mm³ then {fine} mm³: not of second order");
+}
+
+#[test]
+fn cells_are_split_where_the_surface_bends_less() {
+    // Height error of the facets in the middle of each cell, against the surface itself.
+    let h = |x: f64, y: f64| (0.2 * x + 0.15 * y).sin() + 0.4 * (0.13 * x - 0.3 * y).cos();
+    let surface = surface(Extent::new(50.0, 50.0), 101, 101, h);
+    let solid = Solid::new(&surface, Stock::default()).unwrap();
+    let shift = h(-25.0, -25.0) - surface.heights_mm()[(0, 0)];
+    let (mut chosen, mut fixed) = (0.0, 0.0);
+    for j in 0..100 {
+        for i in 0..100 {
+            let z = |i, j| surface.heights_mm()[(i, j)];
+            let middle = 0.5 * (surface.extent().node(i, j, 101, 101) + surface.extent().node(i + 1, j + 1, 101, 101));
+            let truth = h(middle.x, middle.y) - shift;
+            let rising = (0.5 * (z(i, j) + z(i + 1, j + 1)) - truth).powi(2);
+            let falling = (0.5 * (z(i + 1, j) + z(i, j + 1)) - truth).powi(2);
+            fixed += rising;
+            chosen += if solid.diagonal(i, j) == Diagonal::Rising { rising } else { falling };
+        }
+    }
+    let gain = f64::sqrt(fixed / chosen);
+    assert!(gain > 1.5, "facets are only {gain} times nearer than with a fixed diagonal");
+}
+
+#[test]
+fn the_mirror_image_of_a_surface_gives_the_mirror_image_of_the_mesh() {
+    let n = 41;
+    let surface = surface(Extent::new(50.0, 50.0), n, n, wavy);
+    let mirrored = Field::from_fn(n, n, |i, j| surface.heights_mm()[(n - 1 - i, j)]);
+    let mirrored = HeightField::new(surface.extent(), mirrored);
+    let [one, other] = [&surface, &mirrored].map(|s| Solid::new(s, Stock::default()).unwrap());
+    for j in 0..n - 1 {
+        for i in 0..n - 1 {
+            assert_ne!(one.diagonal(i, j), other.diagonal(n - 2 - i, j), "cell ({i}, {j})");
+        }
+    }
+}
+
+#[test]
+fn normals_are_those_of_the_smooth_surface() {
+    let (p, q) = (0.3, -0.2);
+    let plane = surface(Extent::new(20.0, 30.0), 9, 12, |x, y| p * x + q * y);
+    let solid = Solid::new(&plane, Stock::default()).unwrap();
+    let length = (1.0_f64 + p * p + q * q).sqrt();
+    for normal in solid.exit_normals() {
+        for (have, want) in normal.iter().zip([-p / length, -q / length, 1.0 / length]) {
+            assert!((f64::from(*have) - want).abs() < 1e-7);
+        }
+    }
+}
+
+#[test]
+fn heights_and_grids_that_make_no_block_are_refused() {
+    let extent = Extent::new(100.0, 100.0);
+    let mut field = Field::filled(5, 5, 0.0);
+    field[(3, 2)] = f64::INFINITY;
+    // The shift to mean 0 spreads the fault over all nodes.
+    assert!(matches!(
+        Solid::new(&HeightField::new(extent, field), Stock::default()),
+        Err(SolidError::NotFinite { .. })
+    ));
+    let thin = surface(Extent::new(100.0, 1e-40), 5, 5, |_, _| 0.0);
+    assert!(matches!(Solid::new(&thin, Stock::default()), Err(SolidError::TooFine { .. })));
+    let empty = surface(Extent::new(f64::NAN, 0.0), 5, 5, |_, _| 0.0);
+    assert!(matches!(Solid::new(&empty, Stock::default()), Err(SolidError::TooFine { .. })));
+    let dense = surface(Extent::new(100.0, 100.0), 1_200_000, 4, |_, _| 0.0);
+    assert!(matches!(Solid::new(&dense, Stock::default()), Err(SolidError::TooFine { .. })));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn rough_surfaces_make_sound_blocks_too(
+        nx in 4_usize..40,
+        ny in 4_usize..40,
+        width in 1.0_f64..500.0,
+        aspect in 0.05_f64..20.0,
+        heights in prop::collection::vec(-5.0_f64..5.0, 40 * 40),
+        least in 0.1_f64..5.0,
+    ) {
+        let extent = Extent::new(width, width * aspect);
+        let rough = HeightField::new(extent, Field::from_fn(nx, ny, |i, j| heights[j * 40 + i]));
+        let solid = Solid::new(&rough, Stock::thinnest_sheet().leaving_at_least(least)).unwrap();
+        prop_assert!(solid.check().is_ok(), "{:?}", solid.check());
+    }
+}
