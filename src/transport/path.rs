@@ -108,6 +108,13 @@ impl OpticalPath {
         (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray { s, c, length: p / q, q })
     }
 
+    /// The ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send it there.
+    pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec2> {
+        let direction = (y - x).extend(self.distance_mm).normalize();
+        let bent = self.tangential.dot(direction.truncate()) + self.axial * direction.z - 1.0;
+        (bent * self.kappa > 1e-9).then(|| direction.truncate())
+    }
+
     /// Where on the block the ray leaves, mm.
     #[inline(always)]
     pub(super) fn lens_point(&self, y: DVec2, ray: &Ray) -> DVec2 {

@@ -57,8 +57,18 @@ impl BorderSlopes {
         Self { left: y.clone(), right: y, lower: x.clone(), upper: x }
     }
 
+    /// The sides in the order left, right, lower, upper.
+    pub(super) fn sides_mut(&mut self) -> [&mut Vec<f64>; 4] {
+        [&mut self.left, &mut self.right, &mut self.lower, &mut self.upper]
+    }
+
+    /// The same, to read.
+    pub(super) fn sides(&self) -> [&Vec<f64>; 4] {
+        [&self.left, &self.right, &self.lower, &self.upper]
+    }
+
     fn are_zero(&self) -> bool {
-        [&self.left, &self.right, &self.lower, &self.upper].iter().all(|side| side.iter().all(|&v| v == 0.0))
+        self.sides().iter().all(|side| side.iter().all(|&v| v == 0.0))
     }
 
     /// `u_xy` in the corners (left lower, right lower, left upper, right upper), where two borders meet: the mean of what
