@@ -1,0 +1,218 @@
+//! Carries the solution from the receiver to the heights of the lens: for every lens node, the point of the receiver that it
+//! lights, and from the path of that point the height.
+
+use super::{
+    path::OpticalPath,
+    spline::PathSpline,
+};
+use crate::{
+    grid::{Extent, Field},
+};
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// The lens's nodes, and the point of the receiver that each lights.
+#[derive(Clone, Debug)]
+pub(super) struct Carrier {
+    lens: Extent,
+    /// In units of receiver nodes. Kept from call to call as the start of the next search.
+    landing: Field<DVec2>,
+    started: bool,
+}
+
+/// Heights, and how well they could be found.
+#[derive(Clone, Debug)]
+pub(super) struct Carried {
+    pub(super) heights_mm: Field<f64>,
+    /// Lens nodes whose ray did not land within a tenth of a receiver cell of its wanted place.
+    pub(super) missed: usize,
+}
+
+/// Newton steps for the landing point of a node.
+const STEPS: usize = 8;
+/// The error of a height is quadratic in that of the landing point: this, in receiver cells, puts it below 1e-9 mm.
+const ENOUGH: f64 = 2e-3;
+
+impl Carrier {
+    pub(super) fn new(lens: Extent, nodes: (usize, usize)) -> Self {
+        Self { lens, landing: Field::filled(nodes.0, nodes.1, DVec2::NAN), started: false }
+    }
+
+    /// The heights at the lens's nodes.
+    pub(super) fn heights(&mut self, path: &OpticalPath, spline: &PathSpline) -> Carried {
+        if !self.started {
+            self.rasterise(path, spline);
+            self.started = true;
+        }
+        let (nx, ny) = (self.landing.nx(), self.landing.ny());
+        let lens = self.lens;
+        let mut heights = vec![0.0; nx * ny];
+        let missed: Vec<usize> = heights
+            .par_chunks_mut(nx)
+            .zip(self.landing.as_mut_slice().par_chunks_mut(nx))
+            .enumerate()
+            .map(|(j, (heights, landing))| {
+                let mut missed = 0;
+                for (i, (height, landing)) in heights.iter_mut().zip(landing).enumerate() {
+                    let (found, hit) = search(path, spline, lens.node(i, j, nx, ny), landing);
+                    *height = found;
+                    missed += usize::from(!hit);
+                }
+                missed
+            })
+            .collect();
+        Carried { heights_mm: Field::from_vec(nx, ny, heights), missed: missed.iter().sum() }
+    }
+
+    /// Finds a start for every lens node: the receiver triangle whose image under the map contains it, and of several the one
+    /// whose oval forms the face (the Legendre guard where the image is folded).
+    fn rasterise(&mut self, path: &OpticalPath, spline: &PathSpline) {
+        let (nx, ny) = (self.landing.nx(), self.landing.ny());
+        let grid = spline.grid;
+        let (gx, gy) = grid.nodes();
+        let (lower, spacing) = (self.lens.lower(), self.lens.node_spacing(nx, ny));
+        let mut image = vec![DVec2::NAN; gx * gy];
+        let ranges: Vec<(f64, f64)> = image
+            .par_chunks_mut(gx)
+            .enumerate()
+            .map(|(j, row)| {
+                let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+                spline.row_jets(j, |i, jet| {
+                    let y = grid.node(i, j);
+                    if let Some(ray) = path.ray(y, jet.value, jet.slope) {
+                        row[i] = (path.lens_point(y, &ray) - lower) / spacing;
+                        range = (range.0.min(row[i].y), range.1.max(row[i].y));
+                    }
+                });
+                range
+            })
+            .collect();
+        let lens = self.lens;
+        self.landing.as_mut_slice().par_chunks_mut(nx * ROWS_PER_BAND).enumerate().for_each(|(band, out)| {
+            let first = band * ROWS_PER_BAND;
+            let rows = (first, first + out.len() / nx);
+            out.fill(DVec2::NAN);
+            for j in 0..gy - 1 {
+                let low = ranges[j].0.min(ranges[j + 1].0) - SLACK;
+                let high = ranges[j].1.max(ranges[j + 1].1) + SLACK;
+                if high < rows.0 as f64 || low > (rows.1 - 1) as f64 {
+                    continue;
+                }
+                for i in 0..gx - 1 {
+                    let corner = |di: usize, dj: usize| image[(j + dj) * gx + i + di];
+                    let (a, b, c, d) = (corner(0, 0), corner(1, 0), corner(0, 1), corner(1, 1));
+                    let origin = DVec2::new(i as f64, j as f64);
+                    for (corners, places) in [
+                        ([a, b, d], [DVec2::ZERO, DVec2::X, DVec2::ONE]),
+                        ([a, d, c], [DVec2::ZERO, DVec2::ONE, DVec2::Y]),
+                    ] {
+                        cover(corners, nx, rows, |column, row, [wa, wb, wc]| {
+                            let place = origin + places[0] * wa + places[1] * wb + places[2] * wc;
+                            let start = &mut out[(row - first) * nx + column];
+                            if start.is_finite() {
+                                let x = lens.node(column, row, nx, ny);
+                                let height = |p: DVec2| path.oval_height(x, grid.point(p), spline.jet(p).value);
+                                if !path.forms_face(height(place), height(*start)) {
+                                    return;
+                                }
+                            }
+                            *start = place;
+                        });
+                    }
+                }
+            }
+            fill_gaps(out, nx, rows, (gx, gy), ny);
+        });
+    }
+}
+
+/// Lens rows of one task; a constant, so that results do not depend on the number of threads.
+const ROWS_PER_BAND: usize = 16;
+/// Rounding at the border of triangles, in lens nodes.
+const SLACK: f64 = 1e-9;
+
+/// Calls `f(column, row, barycentric weights)` for every node inside the triangle.
+#[inline(always)]
+fn cover([a, b, c]: [DVec2; 3], nx: usize, rows: (usize, usize), mut f: impl FnMut(usize, usize, [f64; 3])) {
+    let low = a.min(b).min(c) - SLACK;
+    let high = a.max(b).max(c) + SLACK;
+    let begin_row = low.y.ceil().max(rows.0 as f64);
+    let end_row = high.y.floor().min((rows.1 - 1) as f64);
+    let begin_column = low.x.ceil().max(0.0);
+    let end_column = high.x.floor().min((nx - 1) as f64);
+    // Also where a corner is not a number.
+    if !(begin_row <= end_row && begin_column <= end_column) {
+        return;
+    }
+    let area = (b - a).perp_dot(c - a);
+    if area == 0.0 {
+        return;
+    }
+    for row in begin_row as usize..=end_row as usize {
+        for column in begin_column as usize..=end_column as usize {
+            let p = DVec2::new(column as f64, row as f64);
+            let wb = (p - a).perp_dot(c - a) / area;
+            let wc = (b - a).perp_dot(p - a) / area;
+            let wa = 1.0 - wb - wc;
+            if wa >= -SLACK && wb >= -SLACK && wc >= -SLACK {
+                f(column, row, [wa, wb, wc]);
+            }
+        }
+    }
+}
+
+/// Gives nodes that no triangle covers (at the border, by rounding) the start of their neighbour in the row, or failing that
+/// the undistorted place.
+fn fill_gaps(out: &mut [DVec2], nx: usize, rows: (usize, usize), (gx, gy): (usize, usize), ny: usize) {
+    for (row, line) in (rows.0..rows.1).zip(out.chunks_mut(nx)) {
+        let undistorted = |i: usize| {
+            DVec2::new(
+                (i * (gx - 1)) as f64 / (nx - 1) as f64,
+                (row * (gy - 1)) as f64 / (ny - 1) as f64,
+            )
+        };
+        for i in 0..nx {
+            if !line[i].is_finite() {
+                let before = (i > 0).then(|| line[i - 1]);
+                let after = line[i + 1..].iter().copied().find(|p| p.is_finite());
+                line[i] = before.or(after).unwrap_or_else(|| undistorted(i));
+            }
+        }
+    }
+}
+
+/// Newton's iteration for `T(y) = x` from `landing`, which is updated. The height is the best oval met on the way, since the
+/// face is their envelope; returned with it is whether the ray hit.
+#[inline(always)]
+fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2) -> (f64, bool) {
+    let grid = spline.grid;
+    let most = DVec2::new(grid.cells.0 as f64, grid.cells.1 as f64);
+    let mut at = landing.clamp(DVec2::ZERO, most);
+    let mut best = (f64::NAN, at);
+    let mut miss = f64::INFINITY;
+    for _ in 0..STEPS {
+        let jet = spline.jet(at);
+        let y = grid.point(at);
+        let height = path.oval_height(x, y, jet.value);
+        if best.0.is_nan() || path.forms_face(height, best.0) {
+            best = (height, at);
+        }
+        let Some(ray) = path.ray(y, jet.value, jet.slope) else { break };
+        let error = path.lens_point(y, &ray) - x;
+        let jacobian = path.lens_jacobian(&ray, &jet);
+        if jacobian.determinant().abs() < 1e-12 {
+            break;
+        }
+        let step = jacobian.inverse() * error / grid.spacing;
+        // A step of more than a few cells says that the map is folded or flat here.
+        let step = step.clamp_length_max(4.0);
+        let next = (at - step).clamp(DVec2::ZERO, most);
+        miss = (next - at).length();
+        if miss < ENOUGH {
+            break;
+        }
+        at = next;
+    }
+    *landing = best.1;
+    (best.0, miss < 0.1)
+}

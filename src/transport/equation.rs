@@ -1,0 +1,273 @@
+//! The collocated equation: light is conserved at every node of the receiver, and the lens maps onto itself.
+//!
+//! With `A` the jacobian of the footprint, scaled to the unit squares of window and lens, conservation is
+//! `det A = f e^mu`, `f` the target of mean 1. It is solved in its convex form
+//!
+//! ```text
+//! R = tr A - S,   S = sqrt(d^2 + 4 A01 A10 + 4 f e^mu),   d = A00 - A11
+//! ```
+//!
+//! which has no logarithm to break down in a black area, and picks the root with a positive trace. `mu` absorbs the mismatch
+//! of total flux that the discretisation leaves.
+
+use super::{
+    path::OpticalPath,
+    spline::{BorderSlopes, PathSpline, ReceiverGrid},
+};
+use crate::{bench::Bench, grid::Field};
+use glam::{DMat2, DVec2};
+use rayon::prelude::*;
+
+/// What is solved for.
+#[derive(Clone, Debug)]
+pub(super) struct State {
+    pub(super) spline: PathSpline,
+    pub(super) slopes: BorderSlopes,
+    pub(super) mu: f64,
+}
+
+impl State {
+    /// Adds a constant to the unknown: the whole face moves along the axis.
+    pub(super) fn shift(&mut self, by: f64) {
+        self.spline.coefficients.as_mut_slice().par_chunks_mut(CHUNK).for_each(|c| c.iter_mut().for_each(|v| *v += by));
+    }
+}
+
+const CHUNK: usize = 8192;
+
+/// Derivatives of the residual at a node with respect to `u, u_x, u_y, u_xx, u_xy, u_yy, mu`. In single precision: they only
+/// steer an iteration that is exact to a tenth, the residual itself is computed in double precision.
+pub(super) type Row = [f32; 7];
+
+/// The equation on one grid.
+#[derive(Clone, Debug)]
+pub(super) struct Equation<'a> {
+    pub(super) path: OpticalPath,
+    pub(super) grid: ReceiverGrid,
+    /// Target at the nodes, of trapezoidal mean 1.
+    pub(super) light: &'a Field<f64>,
+    /// `W_j / L_i` for the window `W` and the lens `L`.
+    unit: DMat2,
+    /// Half the size of the lens, mm.
+    half_lens: DVec2,
+}
+
+/// Sums over the nodes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Sums {
+    /// Root mean square of the residual.
+    pub(super) rms: f64,
+    /// Mean height of the face, mm, and its derivative with respect to a shift of `u`.
+    pub(super) height_mm: f64,
+    pub(super) height_by_u: f64,
+    /// Means of the derivatives with respect to `u_xx`, `u_yy` and `mu`.
+    pub(super) principal: [f64; 3],
+}
+
+impl<'a> Equation<'a> {
+    pub(super) fn new(bench: &Bench, grid: ReceiverGrid, light: &'a Field<f64>) -> Self {
+        let (window, lens) = (bench.window().as_vec(), bench.block().as_vec());
+        let unit = DMat2::from_cols(window.x / lens, window.y / lens);
+        Self { path: OpticalPath::new(bench), grid, light, unit, half_lens: 0.5 * lens }
+    }
+
+    /// The residual at every node, and its sums; none if somewhere no ray exists.
+    pub(super) fn residual(&self, state: &State, out: &mut [f32]) -> Option<Sums> {
+        self.sweep(state, out.par_chunks_mut(self.grid.nodes().0).map(|row| (row, None)))
+    }
+
+    /// The residual and its derivatives at every node.
+    pub(super) fn linearise(&self, state: &State, out: &mut [f32], rows: &mut [Row]) -> Option<Sums> {
+        let nx = self.grid.nodes().0;
+        self.sweep(state, out.par_chunks_mut(nx).zip(rows.par_chunks_mut(nx).map(Some)))
+    }
+
+    fn sweep<'b>(
+        &self,
+        state: &State,
+        rows: impl IndexedParallelIterator<Item = (&'b mut [f32], Option<&'b mut [Row]>)>,
+    ) -> Option<Sums> {
+        let (nx, ny) = self.grid.nodes();
+        let growth = state.mu.exp();
+        let parts: Vec<Option<[f64; 7]>> = rows
+            .enumerate()
+            .map(|(j, (out, mut rows))| {
+                let mut sums = [0.0; 7];
+                let mut real = true;
+                let light = self.light.row(j);
+                state.spline.row_jets(j, |i, jet| {
+                    let y = self.grid.node(i, j);
+                    let Some(ray) = self.path.ray(y, jet.value, jet.slope) else {
+                        real = false;
+                        return;
+                    };
+                    let a = self.scaled(self.path.footprint_jacobian(&ray, &jet));
+                    let (residual, slope, of_mu) = convex(a, light[i] * growth);
+                    out[i] = residual as f32;
+                    let weight = trapezoid(i, nx) * trapezoid(j, ny);
+                    let (height, by_u) = self.path.height(&ray);
+                    sums[0] += residual * residual;
+                    sums[1] += weight * light[i] * height;
+                    sums[2] += weight * light[i] * by_u;
+                    sums[3] += weight * light[i];
+                    if let Some(rows) = rows.as_deref_mut() {
+                        let d = self.path.footprint_variation(&ray, &jet, self.scaled(slope));
+                        rows[i] = [d[0], d[1], d[2], d[3], d[4], d[5], of_mu].map(|v| v as f32);
+                        sums[4] += d[3];
+                        sums[5] += d[5];
+                        sums[6] += weight * of_mu;
+                    }
+                });
+                real.then_some(sums)
+            })
+            .collect();
+        let mut sums = [0.0; 7];
+        for part in parts {
+            sums.iter_mut().zip(part?).for_each(|(sum, v)| *sum += v);
+        }
+        let nodes = (nx * ny) as f64;
+        let cells = (self.grid.cells.0 * self.grid.cells.1) as f64;
+        Some(Sums {
+            rms: (sums[0] / nodes).sqrt(),
+            height_mm: sums[1] / sums[3],
+            height_by_u: sums[2] / sums[3],
+            principal: [sums[4] / nodes, sums[5] / nodes, sums[6] / cells],
+        })
+    }
+
+    /// The target that this state draws at the nodes of row `j`, exactly: `det A`.
+    pub(super) fn drawn(&self, state: &State, j: usize, out: &mut [f64]) {
+        state.spline.row_jets(j, |i, jet| {
+            out[i] = self
+                .path
+                .ray(self.grid.node(i, j), jet.value, jet.slope)
+                .map_or(f64::NAN, |ray| self.scaled(self.path.footprint_jacobian(&ray, &jet)).determinant());
+        });
+    }
+
+    #[inline(always)]
+    fn scaled(&self, a: DMat2) -> DMat2 {
+        DMat2::from_cols(a.x_axis * self.unit.x_axis, a.y_axis * self.unit.y_axis)
+    }
+
+    /// Sets the border slopes so that the normal component of the lens point lies on the edge of the lens, and the ghosts.
+    pub(super) fn fit_border(&self, state: &mut State) {
+        state.spline.set_ghosts(&state.slopes);
+        for _ in 0..BORDER_SWEEPS {
+            let worst = self.each_border_node(state, |side, k, slope, jet, y| {
+                let (axis, edge) = self.edge(side);
+                let Some(ray) = self.path.ray(y, jet.value, jet.slope) else { return 0.0 };
+                let miss = self.path.lens_point(y, &ray)[axis] - edge;
+                let by_slope = self.path.lens_point_variation(&ray, axis)[1 + axis];
+                let _ = k;
+                *slope -= miss / by_slope;
+                miss.abs()
+            });
+            if worst < 1e-13 * self.half_lens.max_element() {
+                return;
+            }
+            state.spline.set_ghosts(&state.slopes);
+        }
+    }
+
+    /// How the border slopes follow the unknown: `d slope = of_value du + of_tangent du_t` at every node of the border.
+    pub(super) fn linearise_border(&self, state: &mut State) -> BorderRows {
+        let mut rows = BorderRows { sides: [(); 4].map(|()| Vec::new()), active: false };
+        self.each_border_node(state, |side, _, _, jet, y| {
+            let (axis, _) = self.edge(side);
+            let row = match self.path.ray(y, jet.value, jet.slope) {
+                Some(ray) => {
+                    let d = self.path.lens_point_variation(&ray, axis);
+                    [-d[0] / d[1 + axis], -d[2 - axis] / d[1 + axis]]
+                }
+                None => [0.0; 2],
+            };
+            rows.active |= row.iter().any(|v| v.abs() > 1e-9);
+            rows.sides[side].push(row);
+            0.0
+        });
+        rows
+    }
+
+    /// Normal axis and position of the lens's edge that side `side` of the window maps to.
+    fn edge(&self, side: usize) -> (usize, f64) {
+        let axis = side / 2;
+        (axis, if side % 2 == 0 { -self.half_lens[axis] } else { self.half_lens[axis] })
+    }
+
+    /// Calls `f(side, k, slope, jet, y)` for every border node; returns the greatest of its values.
+    fn each_border_node(
+        &self,
+        state: &mut State,
+        mut f: impl FnMut(usize, usize, &mut f64, super::path::Jet, DVec2) -> f64,
+    ) -> f64 {
+        let State { spline, slopes, .. } = state;
+        let (mx, my) = self.grid.cells;
+        let mut worst = 0.0_f64;
+        for (side, values) in slopes.sides_mut().into_iter().enumerate() {
+            for (k, slope) in values.iter_mut().enumerate() {
+                let (i, j) = border_node(side, k, (mx, my));
+                worst = worst.max(f(side, k, slope, spline.node_jet(i, j), self.grid.node(i, j)));
+            }
+        }
+        worst
+    }
+}
+
+/// Newton steps for the border slopes at a time. They hardly depend on anything but themselves, and are revisited whenever the
+/// residual is.
+const BORDER_SWEEPS: usize = 3;
+
+/// See [`Equation::linearise_border`]; sides in the order left, right, lower, upper.
+#[derive(Clone, Debug)]
+pub(super) struct BorderRows {
+    sides: [Vec<[f64; 2]>; 4],
+    active: bool,
+}
+
+impl BorderRows {
+    /// Sets the ghosts of a variation of the unknown, whose inner coefficients are given, to the border's own variation.
+    pub(super) fn set_ghosts(&self, spline: &mut PathSpline, slopes: &mut BorderSlopes) {
+        super::spline::reflect(&mut spline.coefficients);
+        if !self.active {
+            return;
+        }
+        let cells = spline.grid.cells;
+        for (side, values) in slopes.sides_mut().into_iter().enumerate() {
+            for (k, (slope, row)) in values.iter_mut().zip(&self.sides[side]).enumerate() {
+                let (i, j) = border_node(side, k, cells);
+                let jet = spline.node_jet(i, j);
+                *slope = row[0] * jet.value + row[1] * jet.slope[1 - side / 2];
+            }
+        }
+        spline.set_ghosts(slopes);
+    }
+}
+
+fn border_node(side: usize, k: usize, (mx, my): (usize, usize)) -> (usize, usize) {
+    match side {
+        0 => (0, k),
+        1 => (mx, k),
+        2 => (k, 0),
+        _ => (k, my),
+    }
+}
+
+#[inline(always)]
+pub(super) fn trapezoid(k: usize, n: usize) -> f64 {
+    if k == 0 || k + 1 == n { 0.5 } else { 1.0 }
+}
+
+/// The convex residual of a jacobian, its gradient with respect to that, and its derivative with respect to `mu`.
+#[inline(always)]
+fn convex(a: DMat2, light: f64) -> (f64, DMat2, f64) {
+    let (a00, a10, a01, a11) = (a.x_axis.x, a.x_axis.y, a.y_axis.x, a.y_axis.y);
+    let d = a00 - a11;
+    // Negative only where the jacobian turns by more than it stretches, far from any solution.
+    let s = (d * d + 4.0 * a01 * a10 + 4.0 * light).max(0.04 * light).sqrt();
+    let slope = DMat2::from_cols(
+        DVec2::new(1.0 - d / s, -2.0 * a01 / s),
+        DVec2::new(-2.0 * a10 / s, 1.0 + d / s),
+    );
+    (a00 + a11 - s, slope, -2.0 * light / s)
+}

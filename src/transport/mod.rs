@@ -1,0 +1,48 @@
+//! The transport solver: the optical path on the receiver, of which warp and true displaced height follow in closed form.
+
+mod carry;
+mod equation;
+mod krylov;
+mod light;
+mod newton;
+mod options;
+mod path;
+mod pyramid;
+mod rounds;
+mod spline;
+mod start;
+
+pub use options::{BlackFloor, Options, OptionsError, Quality};
+
+use crate::{
+    bench::Bench,
+    optim::Summary,
+    solver::{Progress, Solution, SolveError, Solver},
+    target::TargetIrradiance,
+};
+
+/// The transport solver; see the [module](self).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Transport {
+    /// What the caller chose.
+    pub options: Options,
+}
+
+/// Its name in messages.
+const NAME: &str = "transport";
+
+impl Solver for Transport {
+    fn solve(
+        &self,
+        target: &TargetIrradiance,
+        bench: &Bench,
+        nodes: (usize, usize),
+        progress: &dyn Progress,
+    ) -> Result<Solution, SolveError> {
+        let mut summary = Summary::default();
+        start::check(bench)?;
+        let solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)?;
+        let surface = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
+        Ok(Solution { surface, summary })
+    }
+}

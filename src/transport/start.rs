@@ -1,0 +1,79 @@
+//! Where the iteration starts, and whether the bench allows any picture at all.
+
+use super::{
+    equation::State,
+    path::OpticalPath,
+    spline::{BorderSlopes, PathSpline, ReceiverGrid},
+};
+use crate::{
+    bench::{Bench, ExitFace},
+    grid::Field,
+    solver::SolveError,
+};
+use glam::{DVec2, DVec3};
+
+/// Refuses a bench on which even the plain map of window to block cannot be drawn.
+///
+/// # Errors
+/// Where light would have to be bent by more than refraction can.
+pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
+    const POINTS: usize = 9;
+    let path = OpticalPath::new(bench);
+    let mut worst: Option<(DVec2, f64)> = None;
+    for j in 0..POINTS {
+        for i in 0..POINTS {
+            let (x, y) = (
+                bench.block().node(i, j, POINTS, POINTS),
+                bench.window().node(i, j, POINTS, POINTS) + bench.window_centre_mm(),
+            );
+            let direction = (y - x).extend(bench.distance_mm()).normalize();
+            if path.plain_ray(x, y).is_none() {
+                let deflection = direction.angle_between(bench.light_direction());
+                if worst.is_none_or(|(_, other)| deflection > other) {
+                    worst = Some((x, deflection));
+                }
+            }
+        }
+    }
+    match (worst, bench.exit_face()) {
+        (Some((at_mm, deflection)), ExitFace::Refracts { ior }) => Err(SolveError::TotalInternalReflection {
+            at_mm,
+            deflection_deg: deflection.to_degrees(),
+            limit_deg: (1.0 / ior).acos().to_degrees(),
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// A state whose map is close to the plain one of window to block: exact along both axes through the centre of the window.
+pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
+    let path = OpticalPath::new(bench);
+    let (nx, ny) = grid.nodes();
+    let (lens, window) = (bench.block().as_vec(), bench.window().as_vec());
+    let centre = bench.window_centre_mm();
+    let slope = |offset: DVec2| {
+        let y = centre + offset;
+        let direction: DVec3 = (y - offset * lens / window).extend(bench.distance_mm()).normalize();
+        path.slope_for(direction.truncate())
+    };
+    // u is the sum of one function of x and one of y, integrated with Simpson's rule.
+    let integrate = |n: usize, step: DVec2, axis: usize| {
+        let at = |k: f64| slope(step * (k - (n - 1) as f64 / 2.0))[axis];
+        let mut values = vec![0.0; n];
+        for k in 1..n {
+            let (a, b) = ((k - 1) as f64, k as f64);
+            values[k] = values[k - 1] + (at(a) + 4.0 * at(0.5 * (a + b)) + at(b)) / 6.0 * step[axis];
+        }
+        (values, at(0.0), at((n - 1) as f64))
+    };
+    let (along_x, left, right) = integrate(nx, DVec2::new(grid.spacing.x, 0.0), 0);
+    let (along_y, lower, upper) = integrate(ny, DVec2::new(0.0, grid.spacing.y), 1);
+    let slopes = BorderSlopes {
+        left: vec![left; ny],
+        right: vec![right; ny],
+        lower: vec![lower; nx],
+        upper: vec![upper; nx],
+    };
+    let values = Field::from_fn(nx, ny, |i, j| along_x[i] + along_y[j]);
+    State { spline: PathSpline::through(grid, &values, &slopes), slopes, mu: 0.0 }
+}
