@@ -25,7 +25,11 @@ pub struct Block {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DesignError {
     /// The number of nodes is out of range.
-    #[error("{nodes} height nodes across make {nx} x {ny}; both must lie between {} and {}: change --nodes", LEAST_NODES, GREATEST_NODES)]
+    #[error(
+        "{nodes} height nodes across make {nx} x {ny}; both must lie between {} and {}: change --nodes",
+        LEAST_NODES,
+        GREATEST_NODES
+    )]
     Nodes {
         /// Nodes asked for across.
         nodes: usize,
@@ -56,7 +60,11 @@ pub fn node_grid(block: Extent, across: usize) -> Result<(usize, usize), DesignE
     let cells = across.saturating_sub(1) as f64 * block.height_mm / block.width_mm;
     let (nx, ny) = (across, 1 + cells.round().min(1e9) as usize);
     let limits = LEAST_NODES..=GREATEST_NODES;
-    if limits.contains(&nx) && limits.contains(&ny) { Ok((nx, ny)) } else { Err(DesignError::Nodes { nodes: across, nx, ny }) }
+    if limits.contains(&nx) && limits.contains(&ny) {
+        Ok((nx, ny))
+    } else {
+        Err(DesignError::Nodes { nodes: across, nx, ny })
+    }
 }
 
 /// Nodes across that do justice to a picture of `pixels` across: two per pixel, as far as that stays quick to solve and to

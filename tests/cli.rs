@@ -27,7 +27,9 @@ struct Outcome {
 impl Workshop {
     fn new() -> Self {
         let workshop = Self { folder: tempfile::tempdir().unwrap() };
-        GrayImage::from_fn(48, 32, |x, y| Luma([(40 + (x * 4) % 200 / 2 + y * 3) as u8])).save(workshop.path("picture.png")).unwrap();
+        GrayImage::from_fn(48, 32, |x, y| Luma([(40 + (x * 4) % 200 / 2 + y * 3) as u8]))
+            .save(workshop.path("picture.png"))
+            .unwrap();
         workshop
     }
 
@@ -45,7 +47,8 @@ impl Workshop {
     }
 
     fn files(&self) -> Vec<String> {
-        let mut names: Vec<_> = fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let mut names: Vec<_> =
+            fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
         names.sort();
         names
     }
@@ -65,7 +68,8 @@ impl Workshop {
 #[test]
 fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     let workshop = Workshop::new();
-    let outcome = workshop.run("design picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
+    let outcome =
+        workshop.run("design picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     for name in ["block.stl", "block.glb", "block.obj", "block.toml", "block.caustic.png", "block.contours.svg"] {
         assert!(fs::metadata(workshop.path(name)).is_ok_and(|m| m.len() > 100), "{name} of {:?}", workshop.files());
@@ -79,19 +83,30 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
 #[test]
 fn the_side_file_makes_the_same_block_again_bit_by_bit_on_any_number_of_threads() {
     let workshop = Workshop::new();
-    assert_eq!(workshop.run("design picture.png -o a.stl --nodes 65 --no-verify --size 80mm --material pmma --offset 0.2").code, FINE);
+    assert_eq!(
+        workshop
+            .run("design picture.png -o a.stl --nodes 65 --no-verify --size 80mm --material pmma --offset 0.2")
+            .code,
+        FINE
+    );
     for threads in ["1", "3"] {
         let mut command = Command::cargo_bin("glasswarp").unwrap();
         let again = command.current_dir(workshop.folder.path()).env("RAYON_NUM_THREADS", threads);
         again.args(["design", "a.toml", "-o", "b.stl", "--no-verify"]).assert().success();
-        assert!(fs::read(workshop.path("a.stl")).unwrap() == fs::read(workshop.path("b.stl")).unwrap(), "{threads} threads");
+        assert!(
+            fs::read(workshop.path("a.stl")).unwrap() == fs::read(workshop.path("b.stl")).unwrap(),
+            "{threads} threads"
+        );
     }
 }
 
 #[test]
 fn verify_reads_the_bench_from_the_side_file_in_every_format() {
     let workshop = Workshop::new();
-    assert_eq!(workshop.run("design picture.png -o block.stl -o block.obj -o block.glb --nodes 97 --no-verify").code, FINE);
+    assert_eq!(
+        workshop.run("design picture.png -o block.stl -o block.obj -o block.glb --nodes 97 --no-verify").code,
+        FINE
+    );
     let mut errors = Vec::new();
     for block in ["block.stl", "block.obj", "block.glb"] {
         let outcome = workshop.run(&format!("verify {block} --target picture.png --photons 100000"));
@@ -101,7 +116,8 @@ fn verify_reads_the_bench_from_the_side_file_in_every_format() {
         errors.push(line.split_whitespace().last().unwrap().parse::<f64>().unwrap());
     }
     assert!(errors[0] < 0.1 && errors.iter().all(|e| (e - errors[0]).abs() < 2e-3), "{errors:?}");
-    let wrong = workshop.run("verify block.stl --target picture.png --distance 200mm --max-error 0.05 --photons 100000");
+    let wrong =
+        workshop.run("verify block.stl --target picture.png --distance 200mm --max-error 0.05 --photons 100000");
     assert_eq!(wrong.code, SHORT, "{}", wrong.out);
     assert_eq!(workshop.run("verify block.stl -o light.exr -o light.png --photons 100000").code, FINE);
     assert!(workshop.path("light.exr").exists() && workshop.path("light.png").exists());
@@ -128,10 +144,16 @@ fn verify_says_when_a_file_is_not_the_one_that_was_designed() {
 fn pictures_of_every_kind_are_taken() {
     let workshop = Workshop::new();
     let level = |x: u32, y: u32| 60 + 3 * x as u8 + y as u8;
-    image::ImageBuffer::from_fn(40, 40, |x, y| Luma([u16::from(level(x, y)) * 257])).save(workshop.path("deep.png")).unwrap();
-    image::ImageBuffer::from_fn(40, 24, |x, y| Rgba([level(x, y), 90, 200, if x < 5 { 0 } else { 255 }])).save(workshop.path("colour.png")).unwrap();
+    image::ImageBuffer::from_fn(40, 40, |x, y| Luma([u16::from(level(x, y)) * 257]))
+        .save(workshop.path("deep.png"))
+        .unwrap();
+    image::ImageBuffer::from_fn(40, 24, |x, y| Rgba([level(x, y), 90, 200, if x < 5 { 0 } else { 255 }]))
+        .save(workshop.path("colour.png"))
+        .unwrap();
     image::ImageBuffer::from_fn(24, 40, |x, y| LumaA([level(x, y), 200])).save(workshop.path("alpha.png")).unwrap();
-    image::ImageBuffer::from_fn(33, 47, |x, y| image::Rgb([level(x, y), 90, 200])).save(workshop.path("photo.jpg")).unwrap();
+    image::ImageBuffer::from_fn(33, 47, |x, y| image::Rgb([level(x, y), 90, 200]))
+        .save(workshop.path("photo.jpg"))
+        .unwrap();
     exr::prelude::write_rgb_file(workshop.path("light.exr"), 40, 40, |x, y| (0.5 + x as f32, 1.0, y as f32)).unwrap();
     for picture in ["deep.png", "colour.png", "alpha.png", "photo.jpg", "light.exr"] {
         let outcome = workshop.run(&format!("design {picture} -o block.stl --nodes 65 --distance 400"));
@@ -148,7 +170,10 @@ fn pictures_that_make_no_target_are_refused() {
     fs::write(workshop.path("text.png"), "this is no picture").unwrap();
     let whole = fs::read(workshop.path("picture.png")).unwrap();
     fs::write(workshop.path("cut.png"), &whole[..whole.len() / 2]).unwrap();
-    exr::prelude::write_rgb_file(workshop.path("nan.exr"), 16, 16, |x, _| (if x == 3 { f32::NAN } else { 1.0 }, 1.0, 1.0)).unwrap();
+    exr::prelude::write_rgb_file(workshop.path("nan.exr"), 16, 16, |x, _| {
+        (if x == 3 { f32::NAN } else { 1.0 }, 1.0, 1.0)
+    })
+    .unwrap();
     workshop.refuses("design dot.png -o b.stl", REFUSED, &["1 x 1", "between 4 and"]);
     workshop.refuses("design black.png --offset 0 -o b.stl", REFUSED, &["black", "offset"]);
     workshop.refuses("design nan.exr -o b.stl", REFUSED, &["column 3", "NaN"]);
@@ -186,12 +211,18 @@ fn benches_that_make_no_sense_are_refused_with_the_value_and_its_limit() {
 #[test]
 fn what_physics_forbids_is_refused_with_the_remedy() {
     let workshop = Workshop::new();
-    GrayImage::from_fn(64, 64, |x, y| Luma([if x < 8 && y < 8 { 255 } else { 0 }])).save(workshop.path("corner.png")).unwrap();
+    GrayImage::from_fn(64, 64, |x, y| Luma([if x < 8 && y < 8 { 255 } else { 0 }]))
+        .save(workshop.path("corner.png"))
+        .unwrap();
     for solver in ["warping", "transport"] {
         let line = format!("design corner.png -o b.stl --nodes 65 --distance 20mm --offset 0.01 --solver {solver}");
         workshop.refuses(&line, REFUSED, &["further away"]);
     }
-    workshop.refuses("design picture.png -o b.stl --nodes 65 --distance 60 --thickness 4mm", REFUSED, &["relief", "--thickness"]);
+    workshop.refuses(
+        "design picture.png -o b.stl --nodes 65 --distance 60 --thickness 4mm",
+        REFUSED,
+        &["relief", "--thickness"],
+    );
 }
 
 #[test]
@@ -217,7 +248,8 @@ fn a_full_disk_is_an_error_that_leaves_nothing_half_written() {
         workshop.path("picture.png").display(),
     );
     let output = std::process::Command::new("unshare").args(["-rm", "sh", "-c", &script]).output();
-    let Some(output) = output.ok().filter(|output| !String::from_utf8_lossy(&output.stderr).contains("not permitted")) else {
+    let Some(output) = output.ok().filter(|output| !String::from_utf8_lossy(&output.stderr).contains("not permitted"))
+    else {
         println!("NOT RUN: this system lets nobody mount a small disk, so the full disk was not tried");
         return;
     };

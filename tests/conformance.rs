@@ -59,7 +59,9 @@ fn for_every_solver(check: impl Fn(&Candidate, &Solution)) {
 
 fn correlation(a: &Field<f64>, b: &Field<f64>) -> f64 {
     let (ma, mb) = (a.mean(), b.mean());
-    let sum = |f: &dyn Fn(f64, f64) -> f64| a.as_slice().iter().zip(b.as_slice()).map(|(&a, &b)| f(a - ma, b - mb)).sum::<f64>();
+    let sum = |f: &dyn Fn(f64, f64) -> f64| {
+        a.as_slice().iter().zip(b.as_slice()).map(|(&a, &b)| f(a - ma, b - mb)).sum::<f64>()
+    };
     sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt()
 }
 
@@ -79,7 +81,9 @@ fn the_border_of_the_block_lands_on_the_border_of_the_window() {
     for_every_solver(|candidate, solution| {
         let mesh = photon_mesh(&SurfaceSpline::through(&solution.surface), &bench(), Geometry::Displaced, 129, 129);
         let worst = (0..129)
-            .flat_map(|k| [mesh[(0, k)].x + 50.0, mesh[(128, k)].x - 50.0, mesh[(k, 0)].y + 50.0, mesh[(k, 128)].y - 50.0])
+            .flat_map(|k| {
+                [mesh[(0, k)].x + 50.0, mesh[(128, k)].x - 50.0, mesh[(k, 0)].y + 50.0, mesh[(k, 128)].y - 50.0]
+            })
             .fold(0.0_f64, |worst, miss| worst.max(miss.abs()));
         let pixel = 100.0 / CELLS as f64;
         assert!(worst < pixel, "{}: the border misses by {worst} mm, a pixel is {pixel} mm", candidate.name);
@@ -172,7 +176,8 @@ fn pictures_of_odd_sizes_and_any_aspect_make_blocks() {
             let block = Extent::new(80.0, 80.0 * ny as f64 / nx as f64);
             let bench = Bench::new(block, 600.0, ExitFace::Refracts { ior: 1.49 }).unwrap();
             let nodes = pipeline::node_grid(block, 65).unwrap();
-            let made = pipeline::design(&target, &bench, nodes, candidate.solver.as_ref(), Stock::thinnest_sheet(), &Silent);
+            let made =
+                pipeline::design(&target, &bench, nodes, candidate.solver.as_ref(), Stock::thinnest_sheet(), &Silent);
             let made = made.unwrap_or_else(|error| panic!("{} on {nx} x {ny}: {error}", candidate.name));
             let spline = SurfaceSpline::through(&made.surface);
             let light = irradiance(&spline, &bench, Geometry::Displaced, (nx * 32, ny * 32), (nx, ny)).irradiance;

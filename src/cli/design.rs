@@ -96,12 +96,16 @@ fn plan(args: &DesignArgs) -> Result<Plan, Failure> {
     let picture = if is_design {
         settings = settings.or(Settings::read(&args.picture)?);
         settings.picture.clone().ok_or_else(|| {
-            Failure::Usage(format!("{} names no picture: add picture = \"...\" to its [design]", args.picture.display()))
+            Failure::Usage(format!(
+                "{} names no picture: add picture = \"...\" to its [design]",
+                args.picture.display()
+            ))
         })?
     } else {
         args.picture.clone()
     };
-    let outputs = if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
+    let outputs =
+        if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
         export::probe(output).map_err(|error| Failure::Io { what: error.to_string(), source: error.into() })?;
@@ -112,9 +116,11 @@ fn plan(args: &DesignArgs) -> Result<Plan, Failure> {
     let (nx, ny) = (target.cells().nx(), target.cells().ny());
     let width_mm = settings.size.map_or(100.0, |length| length.mm);
     let ior = match (&settings.material, settings.ior) {
-        (Some(name), _) => materials::by_name(name)
-            .map(|material| material.ior)
-            .ok_or_else(|| Failure::Usage(format!("there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index")))?,
+        (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
+            Failure::Usage(format!(
+                "there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index"
+            ))
+        })?,
         (None, ior) => ior.unwrap_or(1.5),
     };
     let block = Extent::new(width_mm, width_mm * ny as f64 / nx as f64);
@@ -157,8 +163,10 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
     for output in &plan.outputs {
-        export::export(output, &block.solid, &design)
-            .map_err(|error| Failure::Io { what: format!("{} was not written", output.display()), source: error.into() })?;
+        export::export(output, &block.solid, &design).map_err(|error| Failure::Io {
+            what: format!("{} was not written", output.display()),
+            source: error.into(),
+        })?;
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
     let bench = BenchRecord {

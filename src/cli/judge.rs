@@ -7,7 +7,8 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Block, BlockError, Flux, Geometry, Image, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Window, beams,
+    Block, BlockError, Flux, Geometry, Image, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Window,
+    beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
@@ -65,12 +66,8 @@ pub(crate) fn judge(
     let nx = cells.nx().min(look.pixels).max(8);
     let ny = ((nx * cells.ny()) as f64 / cells.nx() as f64).round().max(8.0) as usize;
     let wanted = image_of(target.resampled(nx, ny).cells());
-    let window = Window {
-        size_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm),
-        centre_mm: DVec2::ZERO,
-        nx,
-        ny,
-    };
+    let window =
+        Window { size_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm), centre_mm: DVec2::ZERO, nx, ny };
     let scene = Scene::new(bench.ior, bench.distance_mm, window);
     let tracer = |surface, geometry| {
         let scene = Scene { surface, geometry, ..scene };
@@ -120,7 +117,10 @@ impl Judgement {
     /// Prints the judgement for people.
     pub(crate) fn print(&self) {
         let m = &self.metrics;
-        println!("\nDoes the light draw the picture? (traced through the file as read back, {} x {} pixels)", self.caustic.nx, self.caustic.ny);
+        println!(
+            "\nDoes the light draw the picture? (traced through the file as read back, {} x {} pixels)",
+            self.caustic.nx, self.caustic.ny
+        );
         println!("  relative RMS   {:.4}", m.rel_rms);
         println!("  PSNR           {:.1} dB", m.psnr_db);
         println!("  SSIM           {:.4}", m.ssim);
@@ -130,7 +130,11 @@ impl Judgement {
             self.photons.rel_rms_error(),
             self.photon_count
         );
-        println!("  light          {:.3} % in the picture, {:.3} % beside it", 100.0 * self.flux.window, 100.0 * self.flux.missed);
+        println!(
+            "  light          {:.3} % in the picture, {:.3} % beside it",
+            100.0 * self.flux.window,
+            100.0 * self.flux.missed
+        );
         let gone = self.flux.totally_reflected + self.flux.side + self.flux.lost;
         if gone > 0.0 {
             println!("                 {:.3} % never arrives: totally reflected or caught inside", 100.0 * gone);

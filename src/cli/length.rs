@@ -13,7 +13,8 @@ impl FromStr for Length {
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
         // An exponent's e is part of the number, no unit begins with it.
-        let unit_at = text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '"').unwrap_or(text.len());
+        let unit_at =
+            text.find(|c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == '"').unwrap_or(text.len());
         let (number, unit) = text.split_at(unit_at);
         let scale = match unit.trim() {
             "" | "mm" => 1.0,
@@ -63,9 +64,15 @@ mod tests {
 
     #[test]
     fn lengths_are_read_with_their_units() {
-        for (text, mm) in
-            [("100", 100.0), ("100mm", 100.0), ("10 cm", 100.0), ("0.1m", 100.0), ("4in", 101.6), ("1e2", 100.0), ("-5mm", -5.0)]
-        {
+        for (text, mm) in [
+            ("100", 100.0),
+            ("100mm", 100.0),
+            ("10 cm", 100.0),
+            ("0.1m", 100.0),
+            ("4in", 101.6),
+            ("1e2", 100.0),
+            ("-5mm", -5.0),
+        ] {
             let length: Length = text.parse().unwrap();
             assert!((length.mm - mm).abs() < 1e-9, "{text} is {length}");
         }

@@ -138,7 +138,8 @@ mod tests {
 
     #[test]
     fn flags_go_before_the_file() {
-        let file: DesignFile = toml::from_str("[design]\nsize = \"20cm\"\nior = 1.6\noffset = 0.2\nsolver = \"warping-paper\"").unwrap();
+        let file: DesignFile =
+            toml::from_str("[design]\nsize = \"20cm\"\nior = 1.6\noffset = 0.2\nsolver = \"warping-paper\"").unwrap();
         let flags = Settings { material: Some("pmma".into()), offset: Some(0.3), ..Settings::default() };
         let merged = flags.or(file.design);
         assert_eq!(merged.size, Some(Length { mm: 200.0 }));

@@ -87,9 +87,14 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     let hash = |file: &Path| sha256(file).map_err(|source| Failure::reading(file, source));
     let name = |value: Option<clap::builder::PossibleValue>| value.map(|v| v.get_name().to_owned()).unwrap_or_default();
     let mut text = String::new();
-    let mut line = |args: std::fmt::Arguments<'_>| writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() });
+    let mut line = |args: std::fmt::Arguments<'_>| {
+        writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
+    };
     line(format_args!("# Written by glasswarp {}. All lengths are millimetres.", env!("CARGO_PKG_VERSION")))?;
-    line(format_args!("# `glasswarp design {0}` makes this block again, `glasswarp verify` reads its bench from here.", file_name(path)))?;
+    line(format_args!(
+        "# `glasswarp design {0}` makes this block again, `glasswarp verify` reads its bench from here.",
+        file_name(path)
+    ))?;
     line(format_args!("\n[design]"))?;
     line(format_args!("picture = {}", quoted(&relative_to(record.picture, path).to_string_lossy())))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
@@ -114,10 +119,16 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("ior = {:?}", bench.ior))?;
     line(format_args!("width-mm = {:?} # along x", bench.width_mm))?;
     line(format_args!("height-mm = {:?} # along y", bench.height_mm))?;
-    line(format_args!("entry-z-mm = {:?} # the planar face; the mean plane of the exit face is z = 0", bench.entry_z_mm))?;
+    line(format_args!(
+        "entry-z-mm = {:?} # the planar face; the mean plane of the exit face is z = 0",
+        bench.entry_z_mm
+    ))?;
     line(format_args!("relief-mm = {:?} # of the exit face, peak to valley", bench.relief_mm))?;
     line(format_args!("thinnest-mm = {:?}", bench.thinnest_mm))?;
-    line(format_args!("distance-mm = {:?} # from the mean plane of the exit face, z = 0, to the receiver", bench.distance_mm))?;
+    line(format_args!(
+        "distance-mm = {:?} # from the mean plane of the exit face, z = 0, to the receiver",
+        bench.distance_mm
+    ))?;
     line(format_args!("window-width-mm = {:?} # of the picture on the receiver", bench.window_width_mm))?;
     line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
     line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;

@@ -85,9 +85,11 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     if let Some(ior) = args.ior {
         bench.ior = ior;
     }
-    let picture = args.target.as_ref().or(side.design.picture.as_ref()).ok_or_else(|| {
-        Failure::Usage("the side file names no picture: give one with --target".into())
-    })?;
+    let picture = args
+        .target
+        .as_ref()
+        .or(side.design.picture.as_ref())
+        .ok_or_else(|| Failure::Usage("the side file names no picture: give one with --target".into()))?;
     let transfer = args.transfer.or(side.design.transfer).map(Transfer::from);
     let offset = args.offset.or(side.design.offset).unwrap_or(0.0);
     let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
@@ -98,7 +100,11 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     }
     println!(
         "{}: {:.2} x {:.2} mm, index {}, receiver {} mm from the mean exit plane, offset {offset}",
-        args.block.display(), bench.width_mm, bench.height_mm, bench.ior, bench.distance_mm
+        args.block.display(),
+        bench.width_mm,
+        bench.height_mm,
+        bench.ior,
+        bench.distance_mm
     );
     judgement.print();
     for output in &args.output {
@@ -110,7 +116,10 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
                 picture::write_png(output, &judgement.caustic, peak)
             }
         };
-        written.map_err(|error| Failure::Io { what: format!("{} was not written", output.display()), source: error.into() })?;
+        written.map_err(|error| Failure::Io {
+            what: format!("{} was not written", output.display()),
+            source: error.into(),
+        })?;
     }
     judgement.demand(args.max_error)
 }
@@ -120,9 +129,8 @@ fn warnings(args: &VerifyArgs, side: &SideFile) -> Vec<String> {
     let mut warnings = Vec::new();
     let name = args.block.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     match (side.files.get(&name), side_file::sha256(&args.block)) {
-        (Some(recorded), Ok(found)) if *recorded != found => warnings.push(format!(
-            "{name} is not the file that was written with its side file: its content has changed since"
-        )),
+        (Some(recorded), Ok(found)) if *recorded != found => warnings
+            .push(format!("{name} is not the file that was written with its side file: its content has changed since")),
         _ => {}
     }
     if let Some(picture) = &args.target

@@ -5,11 +5,7 @@
 
 mod splat;
 
-use crate::{
-    bench::{Bench, ExitFace},
-    grid::Field,
-    surface::SurfaceSpline,
-};
+use crate::{bench::Bench, grid::Field, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use splat::Film;
@@ -38,11 +34,11 @@ pub struct Caustic {
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
 /// edge. Not finite where the light is totally reflected.
 pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
-    let lattice = spline.lattice(nx, ny);
+    let (lattice, face) = (spline.lattice(nx, ny), Interface::of(bench));
     let mut mesh = vec![DVec2::ZERO; nx * ny];
     mesh.par_chunks_mut(nx).enumerate().for_each_init(Vec::new, |scratch, (j, out)| {
         lattice.row(j, scratch, |i, height, slope| {
-            out[i] = land(bench, geometry, bench.block().node(i, j, nx, ny), height, slope);
+            out[i] = land(&face, bench, geometry, bench.block().node(i, j, nx, ny), height, slope);
         });
     });
     Field::from_vec(nx, ny, mesh)
@@ -60,7 +56,7 @@ pub fn irradiance(
     cells: (usize, usize),
 ) -> Caustic {
     let (nx, ny) = beams;
-    let lattice = spline.lattice(nx + 1, ny + 1);
+    let (lattice, face) = (spline.lattice(nx + 1, ny + 1), Interface::of(bench));
     let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
     let origin = bench.window_centre_mm() + bench.window().lower();
     // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
@@ -74,7 +70,7 @@ pub fn irradiance(
             for j in begin..=end {
                 lattice.row(j, &mut scratch, |i, height, slope| {
                     let from = bench.block().node(i, j, nx + 1, ny + 1);
-                    let at = (land(bench, geometry, from, height, slope) - origin) * scale;
+                    let at = (land(&face, bench, geometry, from, height, slope) - origin) * scale;
                     corners.push(Corner { at, flux: flux(bench, slope) });
                 });
             }
@@ -115,28 +111,21 @@ fn flux(bench: &Bench, slope: DVec2) -> f64 {
 }
 
 /// Where the ray that leaves the block above `from` lands, mm; not finite if it is totally reflected.
-fn land(bench: &Bench, geometry: Geometry, from: DVec2, height_mm: f64, slope: DVec2) -> DVec2 {
-    let normal = DVec3::new(-slope.x, -slope.y, 1.0).normalize();
-    let incident = bench.light_direction();
-    let cos = incident.dot(normal);
-    let exitant = match bench.exit_face() {
-        ExitFace::Refracts { ior } => {
-            // Snell's law in vector form; the root is not a number beyond the critical angle.
-            incident * ior + normal * ((1.0 - ior * ior * (1.0 - cos * cos)).sqrt() - ior * cos)
-        }
-        ExitFace::Reflects => incident - normal * (2.0 * cos),
-    };
+fn land(face: &Interface, bench: &Bench, geometry: Geometry, from: DVec2, height_mm: f64, slope: DVec2) -> DVec2 {
     let z = match geometry {
         Geometry::NormalMappedPlane => 0.0,
         Geometry::Displaced => height_mm,
     };
-    if exitant.z > 0.0 { from + exitant.truncate() * ((bench.distance_mm() - z) / exitant.z) } else { DVec2::NAN }
+    match face.exitant(slope) {
+        Some(exitant) if exitant.z > 0.0 => from + exitant.truncate() * ((bench.distance_mm() - z) / exitant.z),
+        _ => DVec2::NAN,
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{grid::Extent, surface::HeightField};
+    use crate::{bench::ExitFace, grid::Extent, surface::HeightField};
 
     const BLOCK: Extent = Extent::new(40.0, 30.0);
 

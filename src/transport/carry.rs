@@ -1,13 +1,8 @@
 //! Carries the solution from the receiver to the heights of the lens: for every lens node, the point of the receiver that it
 //! lights, and from the path of that point the height.
 
-use super::{
-    path::OpticalPath,
-    spline::PathSpline,
-};
-use crate::{
-    grid::{Extent, Field},
-};
+use super::{path::OpticalPath, spline::PathSpline};
+use crate::grid::{Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -165,12 +160,8 @@ fn cover([a, b, c]: [DVec2; 3], nx: usize, rows: (usize, usize), mut f: impl FnM
 /// the undistorted place.
 fn fill_gaps(out: &mut [DVec2], nx: usize, rows: (usize, usize), (gx, gy): (usize, usize), ny: usize) {
     for (row, line) in (rows.0..rows.1).zip(out.chunks_mut(nx)) {
-        let undistorted = |i: usize| {
-            DVec2::new(
-                (i * (gx - 1)) as f64 / (nx - 1) as f64,
-                (row * (gy - 1)) as f64 / (ny - 1) as f64,
-            )
-        };
+        let undistorted =
+            |i: usize| DVec2::new((i * (gx - 1)) as f64 / (nx - 1) as f64, (row * (gy - 1)) as f64 / (ny - 1) as f64);
         for i in 0..nx {
             if !line[i].is_finite() {
                 let before = (i > 0).then(|| line[i - 1]);

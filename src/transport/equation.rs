@@ -265,9 +265,6 @@ fn convex(a: DMat2, light: f64) -> (f64, DMat2, f64) {
     let d = a00 - a11;
     // Negative only where the jacobian turns by more than it stretches, far from any solution.
     let s = (d * d + 4.0 * a01 * a10 + 4.0 * light).max(0.04 * light).sqrt();
-    let slope = DMat2::from_cols(
-        DVec2::new(1.0 - d / s, -2.0 * a01 / s),
-        DVec2::new(-2.0 * a10 / s, 1.0 + d / s),
-    );
+    let slope = DMat2::from_cols(DVec2::new(1.0 - d / s, -2.0 * a01 / s), DVec2::new(-2.0 * a10 / s, 1.0 + d / s));
     (a00 + a11 - s, slope, -2.0 * light / s)
 }

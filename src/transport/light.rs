@@ -17,11 +17,7 @@ pub(super) fn nodal(cells: &Field<f64>, per_cell: (usize, usize), floor: f64) ->
 
 /// Bilinear interpolation between the centres of cells at the nodes of the divided grid, constant beyond the outermost centres,
 /// and then `map`.
-pub(super) fn interpolate(
-    cells: &Field<f64>,
-    per_cell: (usize, usize),
-    map: impl Fn(f64) -> f64 + Sync,
-) -> Field<f64> {
+pub(super) fn interpolate(cells: &Field<f64>, per_cell: (usize, usize), map: impl Fn(f64) -> f64 + Sync) -> Field<f64> {
     let (nx, ny) = (cells.nx() * per_cell.0 + 1, cells.ny() * per_cell.1 + 1);
     let along_x: Vec<_> = (0..nx).map(|i| between(i, per_cell.0, cells.nx())).collect();
     let mut data = vec![0.0; nx * ny];

@@ -237,9 +237,7 @@ impl Preconditioner {
         let sums: Vec<f64> = v
             .par_chunks(nx)
             .enumerate()
-            .map(|(j, v)| {
-                weight(j, ny) * v.iter().enumerate().map(|(i, &v)| weight(i, nx) * f64::from(v)).sum::<f64>()
-            })
+            .map(|(j, v)| weight(j, ny) * v.iter().enumerate().map(|(i, &v)| weight(i, nx) * f64::from(v)).sum::<f64>())
             .collect();
         let mu = sums.iter().sum::<f64>() / (((nx - 1) * (ny - 1)) as f64 * of_mu);
         self.buffer.as_mut_slice().par_chunks_mut(nx).zip(v.par_chunks(nx)).zip(rows.par_chunks(nx)).for_each(

@@ -115,12 +115,5 @@ pub(super) fn solve(
 
 pub(super) fn record(stage: String, grid: ReceiverGrid, outcome: Outcome, began: Instant) -> Level {
     let (nx, ny) = grid.nodes();
-    Level {
-        stage,
-        nx,
-        ny,
-        termination: outcome.termination,
-        iterations: outcome.iterations,
-        elapsed: began.elapsed(),
-    }
+    Level { stage, nx, ny, termination: outcome.termination, iterations: outcome.iterations, elapsed: began.elapsed() }
 }

@@ -85,8 +85,7 @@ pub(super) fn close(
 /// Root mean square of the difference, both with mean 1.
 fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
     let (a, b) = (seen.mean(), wanted.mean());
-    let sum: f64 =
-        seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
+    let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
     (sum / seen.as_slice().len() as f64).sqrt()
 }
 

@@ -112,12 +112,13 @@ impl PathSpline {
             clamped(row, h.x, slopes.left[j], slopes.right[j]);
         });
         let twists = slopes.twists(h);
-        let ends = [(&slopes.lower, twists[0], twists[1]), (&slopes.upper, twists[2], twists[3])].map(|(side, a, b)| {
-            let mut ends = vec![0.0; nx + 2];
-            ends[1..=nx].copy_from_slice(side);
-            clamped(&mut ends, h.x, a, b);
-            ends
-        });
+        let ends =
+            [(&slopes.lower, twists[0], twists[1]), (&slopes.upper, twists[2], twists[3])].map(|(side, a, b)| {
+                let mut ends = vec![0.0; nx + 2];
+                ends[1..=nx].copy_from_slice(side);
+                clamped(&mut ends, h.x, a, b);
+                ends
+            });
         // Columns are solved in place after a transposition; each is contiguous then.
         let mut columns = vec![0.0; (nx + 2) * (ny + 2)];
         columns.par_chunks_mut(ny + 2).enumerate().for_each(|(i, column)| {
@@ -138,10 +139,8 @@ impl PathSpline {
     /// The same function on another grid of the same window (exactly, if that one divides this one's cells).
     pub(super) fn on(&self, grid: ReceiverGrid) -> (Self, BorderSlopes) {
         let (nx, ny) = grid.nodes();
-        let scale = DVec2::new(
-            self.grid.cells.0 as f64 / grid.cells.0 as f64,
-            self.grid.cells.1 as f64 / grid.cells.1 as f64,
-        );
+        let scale =
+            DVec2::new(self.grid.cells.0 as f64 / grid.cells.0 as f64, self.grid.cells.1 as f64 / grid.cells.1 as f64);
         let at = |i: usize, j: usize| self.jet(DVec2::new(i as f64, j as f64) * scale);
         let mut values = vec![0.0; nx * ny];
         values.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
@@ -247,7 +246,11 @@ pub(super) fn reflect(c: &mut Field<f64>) {
 /// Value, slope and curvature along y of a column of three coefficients.
 #[inline(always)]
 fn along_y(below: f64, at: f64, above: f64, h: f64) -> [f64; 3] {
-    [(below + 4.0 * at + above) * (1.0 / 6.0), (above - below) * (0.5 / h), (below - 2.0 * at + above) * (1.0 / (h * h))]
+    [
+        (below + 4.0 * at + above) * (1.0 / 6.0),
+        (above - below) * (0.5 / h),
+        (below - 2.0 * at + above) * (1.0 / (h * h)),
+    ]
 }
 
 #[inline(always)]
@@ -268,7 +271,12 @@ fn weights(position: f64, cells: usize) -> (usize, [[f64; 4]; 3]) {
     let cell = (position as usize).min(cells - 1);
     let t = position - cell as f64;
     let s = 1.0 - t;
-    let value = [s * s * s / 6.0, (4.0 - (6.0 - 3.0 * t) * t * t) / 6.0, (4.0 - (6.0 - 3.0 * s) * s * s) / 6.0, t * t * t / 6.0];
+    let value = [
+        s * s * s / 6.0,
+        (4.0 - (6.0 - 3.0 * t) * t * t) / 6.0,
+        (4.0 - (6.0 - 3.0 * s) * s * s) / 6.0,
+        t * t * t / 6.0,
+    ];
     let slope = [-0.5 * s * s, (1.5 * t - 2.0) * t, (2.0 - 1.5 * s) * s, 0.5 * t * t];
     (cell, [value, slope, [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t]])
 }

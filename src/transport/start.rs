@@ -68,12 +68,8 @@ pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     };
     let (along_x, left, right) = integrate(nx, DVec2::new(grid.spacing.x, 0.0), 0);
     let (along_y, lower, upper) = integrate(ny, DVec2::new(0.0, grid.spacing.y), 1);
-    let slopes = BorderSlopes {
-        left: vec![left; ny],
-        right: vec![right; ny],
-        lower: vec![lower; nx],
-        upper: vec![upper; nx],
-    };
+    let slopes =
+        BorderSlopes { left: vec![left; ny], right: vec![right; ny], lower: vec![lower; nx], upper: vec![upper; nx] };
     let values = Field::from_fn(nx, ny, |i, j| along_x[i] + along_y[j]);
     State { spline: PathSpline::through(grid, &values, &slopes), slopes, mu: 0.0 }
 }
