@@ -4,17 +4,17 @@ use super::{
     error::Failure,
     judge::{self, Judgement},
     progress::TerminalProgress,
-    settings::{Settings, SolverName, TransferName},
+    settings::{Settings, SolverName, TransferName, name_of},
     side_file::{self, BenchRecord},
 };
 use glasswarp::{
     bench::{Bench, ExitFace},
-    export::{self, Design, Format},
+    export::{self, Design, ExportError, Format},
     grid::Extent,
     materials,
     optim::Termination,
     pipeline::{self, Block, DesignError},
-    report,
+    report::{self, Exposure},
     solid::Stock,
     solver::Solver,
     surface::HeightField,
@@ -108,7 +108,7 @@ fn plan(args: &DesignArgs) -> Result<Plan, Failure> {
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
-        export::probe(output).map_err(|error| Failure::Io { what: error.to_string(), source: error.into() })?;
+        export::probe(output).map_err(Failure::writing)?;
     }
     let values = open_picture(&picture, settings.transfer.map(Transfer::from))?;
     let offset = settings.offset.unwrap_or(0.1);
@@ -202,4 +202,62 @@ fn judge_output(plan: &Plan) -> Result<Judgement, Failure> {
     let output = plan.outputs.iter().find(|path| Format::from_path(path) == Ok(Format::Stl)).unwrap_or(first);
     let side = side_file::SideFile::read(&side_file::path_beside(output))?;
     judge::judge(output, &side.bench, &plan.target, judge::Look::default())
+}
+
+/// Prints what was made and how good it is.
+fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option<&Judgement>, pictures: &[PathBuf]) {
+    let list = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
+    let (solid, bench) = (&block.solid, &plan.bench);
+    println!("{}", list(&plan.outputs));
+    println!(
+        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
+        bench.block().width_mm, bench.block().height_mm, (solid.thickness_mm() * 1000.0).round() / 1000.0, 1.0 / bench.exit_face().eta()
+    );
+    println!("  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes", block.surface.relief_mm(), solid.thinnest_mm(), plan.nodes.0, plan.nodes.1);
+    println!("  light          parallel, straight onto the planar entry face");
+    println!(
+        "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
+        bench.distance_mm(),
+        bench.distance_mm() - block.surface.heights_mm().min_max().1,
+        bench.window().width_mm,
+        bench.window().height_mm
+    );
+    let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
+    let limit = if stopped > 0 { format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len()) } else { String::new() };
+    println!("  solver         {}, {} iterations, {:.1} s{limit}", name_of(plan.solver), block.summary.iterations(), solved.as_secs_f64());
+    if !pictures.is_empty() {
+        println!("  pictures       {}", list(pictures));
+    }
+    if let Some(judgement) = judgement {
+        judgement.print();
+    }
+    for warning in &block.summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+}
+
+/// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, and the
+/// isocontours of the exit face.
+fn write_pictures(plan: &Plan, surface: &HeightField, judgement: &Judgement) -> Result<Vec<PathBuf>, Failure> {
+    let exposure = Exposure::of(&plan.target, plan.transfer.into());
+    let [target, caustic] = [&judgement.target, &judgement.caustic].map(|image| {
+        let field = judge::field_of(image);
+        let mean = field.mean();
+        field.map(|v| v / mean)
+    });
+    let note = format!("(relative RMS {:.4})", judgement.metrics.rel_rms);
+    let pictures = [
+        ("panel", report::panel(&target, &caustic, exposure, &note)),
+        ("caustic", report::irradiance_picture(&caustic, exposure)),
+        ("difference", report::difference_picture(&target, &caustic, exposure)),
+        ("contours", report::isocontours(surface, 1000)),
+    ];
+    pictures
+        .iter()
+        .map(|(kind, picture)| {
+            let path = plan.outputs[0].with_extension(format!("{kind}.png"));
+            report::write_png(&path, picture).map_err(Failure::writing)?;
+            Ok(path)
+        })
+        .collect()
 }

@@ -3,7 +3,10 @@ use std::{error::Error, io, path::Path, process::ExitCode};
 /// What ends a command early. The kind decides the exit code.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {
-    /// A file could not be read or written, or something broke inside.
+    /// A file could not be written.
+    #[error(transparent)]
+    Write(Box<dyn Error + Send + Sync>),
+    /// A file could not be read, or something broke inside.
     #[error("{what}")]
     Io {
         what: String,
@@ -33,6 +36,10 @@ impl Failure {
         Self::Io { what: format!("{} cannot be read", path.display()), source: source.into() }
     }
 
+    pub(crate) fn writing(error: impl Error + Send + Sync + 'static) -> Self {
+        Self::Write(error.into())
+    }
+
     pub(crate) fn refused(error: impl Error + Send + Sync + 'static) -> Self {
         Self::Refused(error.into())
     }
@@ -46,7 +53,7 @@ impl Failure {
             cause = error.source();
         }
         ExitCode::from(match self {
-            Self::Io { .. } => 1,
+            Self::Io { .. } | Self::Write(_) => 1,
             Self::Usage(_) | Self::Refused(_) => 2,
             Self::FellShort(_) => 3,
             Self::InvalidMesh { .. } => 4,

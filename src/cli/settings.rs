@@ -85,6 +85,11 @@ pub(crate) enum SolverName {
     WarpingPaper,
 }
 
+/// The name of a choice, as on the command line.
+pub(crate) fn name_of(choice: impl ValueEnum) -> String {
+    choice.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+}
+
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
 struct DesignFile {

@@ -2,9 +2,8 @@
 
 use super::{
     error::Failure,
-    settings::{Settings, SolverName, TransferName},
+    settings::{Settings, SolverName, TransferName, name_of},
 };
-use clap::ValueEnum;
 use glasswarp::export::write_atomically;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
@@ -76,16 +75,12 @@ pub(crate) struct Record<'a> {
 /// Writes the side file at `path`, with hashes of the picture and of every output.
 pub(crate) fn write(path: &Path, record: &Record<'_>) -> Result<(), Failure> {
     let text = render(path, record)?;
-    write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(|error| Failure::Io {
-        what: format!("the side file {} cannot be written", path.display()),
-        source: error.into(),
-    })
+    write_atomically(path, |out| out.write_all(text.as_bytes())).map_err(Failure::writing)
 }
 
 fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     let Record { settings, bench, .. } = record;
     let hash = |file: &Path| sha256(file).map_err(|source| Failure::reading(file, source));
-    let name = |value: Option<clap::builder::PossibleValue>| value.map(|v| v.get_name().to_owned()).unwrap_or_default();
     let mut text = String::new();
     let mut line = |args: std::fmt::Arguments<'_>| {
         writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
@@ -112,8 +107,8 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(offset) = settings.offset {
         line(format_args!("offset = {offset:?}"))?;
     }
-    line(format_args!("transfer = {}", quoted(&name(record.transfer.to_possible_value()))))?;
-    line(format_args!("solver = {}", quoted(&name(record.solver.to_possible_value()))))?;
+    line(format_args!("transfer = {}", quoted(&name_of(record.transfer))))?;
+    line(format_args!("solver = {}", quoted(&name_of(record.solver))))?;
     line(format_args!("\n[bench]"))?;
     line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
     line(format_args!("ior = {:?}", bench.ior))?;
