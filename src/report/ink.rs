@@ -46,6 +46,9 @@ pub(super) fn write(image: &mut GrayImage, centre: DVec2, angle: f64, text: &str
         advance += width + GAP;
     }
     if ink.halo > 0.0 {
+        // What runs through the text is wiped out between the letters too: a rest of it would read as a minus.
+        let left = start + 0.5 * CAP * up;
+        line(image, left, left + (advance - GAP) * along, 0.3 * ink.height, 255);
         strokes.iter().for_each(|&(a, b)| line(image, a, b, NIB * scale + ink.halo, 255));
     }
     strokes.iter().for_each(|&(a, b)| line(image, a, b, NIB * scale, ink.grey));

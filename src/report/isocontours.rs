@@ -1,6 +1,9 @@
 //! Lines of equal height with their heights in mm (figures 12 to 14 of the paper, part c).
 
-use super::ink::{Lettering, blend, text_width, write};
+use super::{
+    ink::{Lettering, blend, text_width, write},
+    sheet::sheet,
+};
 use crate::{
     grid::Field,
     surface::{HeightField, SurfaceSpline},
@@ -11,7 +14,7 @@ use image::{GrayImage, Luma};
 use rayon::prelude::*;
 
 /// Greatest number of height intervals between the lowest and the highest point.
-const MOST_INTERVALS: f64 = 14.0;
+const MOST_INTERVALS: f64 = 18.0;
 /// Every so many lines one is thicker.
 const INDEX: i64 = 5;
 /// Half widths of an ordinary line and of a thicker one, pixels.
@@ -37,15 +40,35 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
     [1.0, 2.0, 5.0, 10.0].map(|step| step * decade).into_iter().find(|step| *step >= least)
 }
 
-/// The lines of equal height of an exit face, labelled in mm, as a picture whose longer side has `longest_px` pixels (at
-/// least 64). It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the block is thicker.
+/// The lines of equal height of an exit face, labelled in mm, on a sheet with a caption. The drawing's longer side has
+/// `longest_px` pixels (at least 64). It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
+/// block is thicker.
 pub fn isocontours(surface: &HeightField, longest_px: u32) -> GrayImage {
+    let size = surface.extent();
+    let interval = contour_interval_mm(surface);
+    let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
+    let relief = format!("relief {:.*} mm", decimals(interval.unwrap_or(1.0)) + 1, surface.relief_mm());
+    let caption =
+        format!("height in mm, {steps}, {relief}, block {} × {} mm", rounded(size.width_mm), rounded(size.height_mm));
+    sheet(&[(caption, drawing(surface, interval, longest_px))])
+}
+
+/// Decimals of the multiples of a round step.
+fn decimals(interval: f64) -> usize {
+    (-(interval.log10() + 1e-9).floor()).max(0.0) as usize
+}
+
+/// A length without the digits that only rounding errors fill.
+fn rounded(mm: f64) -> f64 {
+    (mm * 1e6).round() / 1e6
+}
+
+fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> GrayImage {
     let size = surface.extent().as_vec();
     let longest = f64::from(longest_px.max(64));
     let [width, height] = (size / size.max_element() * longest).round().max(DVec2::splat(2.0)).to_array();
     let relief = Relief::sample(surface, width as usize, height as usize);
     let (low, high) = surface.heights_mm().min_max();
-    let interval = contour_interval_mm(surface);
     let mut image = GrayImage::from_pixel(width as u32, height as u32, Luma([TINT[1] as u8]));
     if let Some(interval) = interval {
         for (i, j, pixel) in image.enumerate_pixels_mut() {
@@ -119,7 +142,7 @@ struct Place {
 }
 
 fn draw_labels(image: &mut GrayImage, relief: &Relief, interval: f64) {
-    let decimals = (-interval.log10().floor()).max(0.0) as usize;
+    let decimals = decimals(interval);
     let label = |line: i64| format!("{:.decimals$}", line as f64 * interval + 0.0);
     let mut places = places(relief, interval, &label);
     places.sort_by(|a, b| b.merit.total_cmp(&a.merit));
@@ -194,7 +217,10 @@ fn places(relief: &Relief, interval: f64, label: &dyn Fn(i64) -> String) -> Vec<
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Extent;
+    use crate::{
+        grid::Extent,
+        report::sheet::{CAPTION, MARGIN},
+    };
 
     fn surface(nx: usize, ny: usize, extent: Extent, h: impl Fn(DVec2) -> f64) -> HeightField {
         HeightField::new(extent, Field::from_fn(nx, ny, |i, j| h(extent.node(i, j, nx, ny))))
@@ -206,7 +232,7 @@ mod tests {
             let tilted = surface(5, 5, Extent::new(100.0, 100.0), |at| relief * at.x / 100.0);
             let interval = contour_interval_mm(&tilted).unwrap();
             let lines = relief / interval;
-            assert!((5.0..=14.01).contains(&lines), "{relief} mm in steps of {interval} mm");
+            assert!((7.0..=18.01).contains(&lines), "{relief} mm in steps of {interval} mm");
             let mantissa = interval / 10_f64.powf((interval.log10() + 1e-9).floor());
             assert!([1.0, 2.0, 5.0].iter().any(|m| (mantissa - m).abs() < 1e-9), "{interval}");
         }
@@ -215,7 +241,7 @@ mod tests {
 
     #[test]
     fn lines_lie_where_the_height_is_a_whole_number_of_intervals() {
-        // A cone-free paraboloid: lines are circles of known radius.
+        // The lines of a paraboloid are circles of known radius.
         let extent = Extent::new(100.0, 100.0);
         let bowl = surface(33, 33, extent, |at| 0.002 * at.length_squared());
         let shift = bowl.heights_mm()[(16, 16)];
@@ -243,15 +269,14 @@ mod tests {
         assert!((top_left - 0.75).abs() < 1e-12, "top left is at greatest x and y");
         let [_, p, q] = relief.at(50, 25);
         assert!((p + 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it falls to the right and downwards");
-        let image = isocontours(&tilted, 400);
-        assert_eq!(image.dimensions(), (400, 200));
+        assert_eq!(drawing(&tilted, Some(0.1), 400).dimensions(), (400, 200));
     }
 
     #[test]
     fn planes_and_slivers_are_drawn_too() {
         let plane = surface(5, 5, Extent::new(100.0, 100.0), |_| 1.0);
-        assert!(isocontours(&plane, 100).pixels().all(|p| p.0[0] == 255));
+        assert!(drawing(&plane, contour_interval_mm(&plane), 100).pixels().all(|p| p.0[0] == 255));
         let sliver = surface(500, 4, Extent::new(1000.0, 1.0), |at| (0.01 * at.x).sin());
-        assert_eq!(isocontours(&sliver, 800).dimensions(), (800, 2));
+        assert_eq!(isocontours(&sliver, 800).dimensions(), (800 + 2 * MARGIN, 2 + MARGIN + CAPTION));
     }
 }

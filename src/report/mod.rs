@@ -3,6 +3,7 @@
 mod ink;
 mod isocontours;
 mod pictures;
+mod sheet;
 
 pub use isocontours::{contour_interval_mm, isocontours};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
@@ -22,4 +23,19 @@ pub fn write_png(path: &Path, picture: &GrayImage) -> Result<(), WriteError> {
             other => io::Error::other(other),
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_written_picture_reads_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ramp.png");
+        let ramp = GrayImage::from_fn(256, 3, |i, j| image::Luma([(i + j) as u8]));
+        write_png(&path, &ramp).unwrap();
+        assert_eq!(image::open(&path).unwrap().into_luma8(), ramp);
+        assert!(matches!(write_png(&folder.path().join("no/ramp.png"), &ramp), Err(WriteError::NoFolder { .. })));
+    }
 }

@@ -1,11 +1,10 @@
 //! Irradiance and its error as pictures.
 
-use super::ink::{Lettering, text_width, write};
+use super::sheet::sheet;
 use crate::{
     grid::Field,
     target::{TargetIrradiance, Transfer},
 };
-use glam::DVec2;
 use image::{GrayImage, Luma, imageops};
 
 /// How irradiance (mean 1) becomes the grey of a picture.
@@ -56,32 +55,18 @@ pub fn difference_picture(target: &Field<f64>, caustic: &Field<f64>, exposure: E
 /// If the two have different sizes.
 pub fn panel(target: &Field<f64>, caustic: &Field<f64>, exposure: Exposure, note: &str) -> GrayImage {
     const LEAST_PX: u32 = 320;
-    const TEXT_PX: f64 = 11.0;
-    const MARGIN: u32 = 16;
-    const CAPTION: u32 = 34;
+    let note = format!("difference × 4: {note}");
     let pictures = [
-        ("target".to_owned(), irradiance_picture(target, exposure)),
-        ("caustic".to_owned(), irradiance_picture(caustic, exposure)),
-        (format!("difference × 4  {note}").trim_end().to_owned(), difference_picture(target, caustic, exposure)),
+        ("target", irradiance_picture(target, exposure)),
+        ("caustic", irradiance_picture(caustic, exposure)),
+        (note.trim_end_matches([':', ' ']), difference_picture(target, caustic, exposure)),
     ];
-    // Whole pixels, enlarged by a whole factor if there are few: nothing is smoothed.
-    let (nx, ny) = pictures[0].1.dimensions();
-    let factor = LEAST_PX.div_ceil(nx);
-    let (width, height) = (nx * factor, ny * factor);
-    let mut panel = GrayImage::from_pixel(3 * width + 4 * MARGIN, height + MARGIN + CAPTION, Luma([255]));
-    for (k, (caption, picture)) in (0..).zip(pictures) {
-        let left = MARGIN + k * (width + MARGIN);
-        // A thin frame, because white is the ground of the difference.
-        let framed = GrayImage::from_pixel(width + 2, height + 2, Luma([190]));
-        imageops::replace(&mut panel, &framed, i64::from(left) - 1, i64::from(MARGIN) - 1);
-        let picture = imageops::resize(&picture, width, height, imageops::FilterType::Nearest);
-        imageops::replace(&mut panel, &picture, i64::from(left), i64::from(MARGIN));
-        // A long note is written smaller rather than cut.
-        let text_height = TEXT_PX * (f64::from(width) / text_width(&caption, TEXT_PX)).min(1.0);
-        let centre = DVec2::new(f64::from(left) + 0.5 * f64::from(width), f64::from(MARGIN + height) + 17.0);
-        write(&mut panel, centre, 0.0, &caption, Lettering { height: text_height, grey: 30, halo: 0.0 });
-    }
-    panel
+    sheet(&pictures.map(|(caption, picture)| {
+        // Enlarged by a whole factor if there are few pixels: nothing is smoothed.
+        let factor = LEAST_PX.div_ceil(picture.width());
+        let (width, height) = (factor * picture.width(), factor * picture.height());
+        (caption.to_owned(), imageops::resize(&picture, width, height, imageops::FilterType::Nearest))
+    }))
 }
 
 fn grey(nx: usize, ny: usize, value: impl Fn(usize) -> f64) -> GrayImage {
@@ -128,7 +113,7 @@ mod tests {
         let ramp = ramp();
         let exposure = Exposure::of(&ramp, Transfer::Linear);
         let panel = panel(ramp.cells(), ramp.cells(), exposure, "relative rms 0.0000");
-        assert_eq!(panel.dimensions(), (3 * 512 + 64, 16 + 16 + 34));
+        assert_eq!(panel.dimensions(), (3 * 512 + 64, 16 + 16 + 36));
         assert_eq!(panel.get_pixel(16 + 400, 20).0[0], 200);
         assert_eq!(panel.get_pixel(16 + 528 + 400, 20).0[0], 200);
         assert_eq!(panel.get_pixel(16 + 2 * 528 + 400, 20).0[0], 255);
