@@ -1,0 +1,25 @@
+//! What a design looks like: lines of equal height, the light on the wall, and how far it is from the target.
+
+mod ink;
+mod isocontours;
+mod pictures;
+
+pub use isocontours::{contour_interval_mm, isocontours};
+pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
+
+use crate::export::{WriteError, write_atomically};
+use image::{GrayImage, ImageError, codecs::png::PngEncoder};
+use std::{io, path::Path};
+
+/// Writes a picture as PNG. The file appears whole or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_png(path: &Path, picture: &GrayImage) -> Result<(), WriteError> {
+    write_atomically(path, |writer| {
+        picture.write_with_encoder(PngEncoder::new(writer)).map_err(|error| match error {
+            ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
+    })
+}
