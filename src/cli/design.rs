@@ -163,9 +163,9 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
     for output in &plan.outputs {
-        export::export(output, &block.solid, &design).map_err(|error| Failure::Io {
-            what: format!("{} was not written", output.display()),
-            source: error.into(),
+        export::export(output, &block.solid, &design).map_err(|error| match error {
+            ExportError::Write(error) => Failure::writing(error),
+            refused => Failure::refused(refused),
         })?;
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
@@ -199,7 +199,7 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
 /// Judges the first STL, or without one the first output: what a shop would get.
 fn judge_output(plan: &Plan) -> Result<Judgement, Failure> {
     let first = &plan.outputs[0];
-    let output = plan.outputs.iter().find(|path| Format::from_path(path) == Ok(Format::Stl)).unwrap_or(first);
+    let output = plan.outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(first);
     let side = side_file::SideFile::read(&side_file::path_beside(output))?;
     judge::judge(output, &side.bench, &plan.target, judge::Look::default())
 }

@@ -161,7 +161,7 @@ pub(crate) fn field_of(image: &Image) -> Field<f64> {
 fn not_read(path: &Path, error: LoadError) -> Failure {
     let what = format!("{} is no readable mesh", path.display());
     match error {
-        LoadError::Io { .. } => Failure::Io { what, source: error.into() },
+        LoadError::Read { .. } => Failure::Io { what, source: error.into() },
         _ => Failure::InvalidMesh { what, source: Some(error.into()) },
     }
 }

@@ -4,12 +4,12 @@ use super::{
     AreaWeight, LEAST_TARGET, NAME,
     locate::{locate, refine},
     mesh::WarpMesh,
+    pullback,
     relief::{check_rays, displaced_surface, mesh_heights},
     solve::Run,
 };
 use crate::{
     bench::Bench,
-    forward::{Geometry, irradiance},
     grid::{Field, area_resample},
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver},
@@ -124,15 +124,14 @@ impl Solver for Warping {
         let (mut surface, mut missed) = state.surface(bench, nodes)?;
         let mut best_mesh = None;
         if self.options.closed_loop_rounds > 0 {
-            let drawn = |surface: &HeightField| Drawn::by(surface, bench, target);
-            let mut best = drawn(&surface);
+            let mut best = Drawn::by(&surface, &state.mesh, bench, target);
             let (mut aim, mut latest) = (wanted, best.clone());
             for round in 1..=self.options.closed_loop_rounds {
                 aim = latest.corrected(&aim, target);
                 let stage = format!("closed loop {round}");
                 state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
                 let (next, next_missed) = state.surface(bench, nodes)?;
-                latest = drawn(&next);
+                latest = Drawn::by(&next, &state.mesh, bench, target);
                 if latest.error < best.error {
                     (surface, missed, best) = (next, next_missed, latest.clone());
                     best_mesh = Some(state.mesh.clone());
@@ -180,38 +179,36 @@ impl State {
 /// What a surface draws on the pixels of the target.
 #[derive(Clone)]
 struct Drawn {
+    /// Not a number where it is unknown.
     irradiance: Field<f64>,
-    /// Relative RMS difference from the target.
+    /// Relative RMS difference from the target, where unknown pixels count as dark.
     error: f64,
 }
 
-/// Beams for each height node and for each pixel along an axis, whichever is more.
-const BEAMS_PER_NODE: usize = 2;
-const BEAMS_PER_PIXEL: usize = 4;
 /// A correction of the target at most by this factor in one round.
 const GREATEST_CORRECTION: f64 = 2.0;
 
 impl Drawn {
-    fn by(surface: &HeightField, bench: &Bench, target: &TargetIrradiance) -> Self {
-        let (wanted, nodes) = (target.cells(), surface.heights_mm());
-        let beams = |nodes: usize, pixels: usize| (BEAMS_PER_NODE * (nodes - 1)).max(BEAMS_PER_PIXEL * pixels);
-        let beams = (beams(nodes.nx(), wanted.nx()), beams(nodes.ny(), wanted.ny()));
-        let spline = SurfaceSpline::through(surface);
+    fn by(surface: &HeightField, mesh: &WarpMesh, bench: &Bench, target: &TargetIrradiance) -> Self {
+        let wanted = target.cells();
         let cells = (wanted.nx(), wanted.ny());
-        let irradiance = irradiance(&spline, bench, Geometry::Displaced, beams, cells).irradiance;
-        let mean = irradiance.mean();
-        let square = Field::from_fn(cells.0, cells.1, |i, j| (irradiance[(i, j)] / mean - wanted[(i, j)]).powi(2));
+        let irradiance = pullback::irradiance(&SurfaceSpline::through(surface), mesh, bench, cells);
+        let square = Field::from_fn(cells.0, cells.1, |i, j| {
+            let drawn = irradiance[(i, j)];
+            (if drawn.is_nan() { 0.0 } else { drawn } - wanted[(i, j)]).powi(2)
+        });
         Self { error: square.mean().sqrt(), irradiance }
     }
 
-    /// `aim * target / drawn`, on the quads of `aim`.
+    /// `aim * target / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
     fn corrected(&self, aim: &Field<f64>, target: &TargetIrradiance) -> Field<f64> {
         let (mx, my) = (aim.nx(), aim.ny());
         let wanted = area_resample(target.cells(), mx, my);
         let drawn = area_resample(&self.irradiance, mx, my);
         Field::from_fn(mx, my, |i, j| {
             let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
-            aim[(i, j)] * ratio.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
+            let factor = if drawn[(i, j)].is_nan() { 1.0 } else { ratio };
+            aim[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
         })
     }
 }

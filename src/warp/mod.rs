@@ -17,6 +17,7 @@ mod locate;
 mod mesh;
 mod objective;
 mod paper;
+mod pullback;
 mod relief;
 mod solve;
 
