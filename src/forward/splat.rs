@@ -2,6 +2,11 @@ use super::Corner;
 use glam::DVec2;
 
 /// Part of the receiver on which a band of beams lands.
+///
+/// Every beam is split into two triangles, over which its flux is spread evenly. Coverage of the cells is exact: each edge adds
+/// the area between itself and the right border of the film, weighted by the difference of the densities on its two sides, and a
+/// running sum over the row completes it. Neighbouring triangles share their edge, so that a mesh leaves no gap and counts
+/// nothing twice, however it is sheared; a folded triangle has negative density and negative area.
 pub(super) struct Film {
     columns: usize,
     first_row: usize,
@@ -14,74 +19,149 @@ pub(super) struct Film {
     pub(super) reflected: f64,
 }
 
+/// Triangles of less area than this, in cells, are spread over one cell: their density would not be a number.
+const LEAST_AREA: f64 = 1e-9;
+
 impl Film {
     /// Splats the beams between consecutive rows of `width` corners.
     pub(super) fn of_band(corners: &[Corner], width: usize, (columns, rows): (usize, usize)) -> Self {
-        // The box of a beam lies within the bounds of its corners.
         let (low, high) = corners
             .iter()
             .filter(|c| c.at.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), c| (lo.min(c.at.y), hi.max(c.at.y)));
         let clamp = |y: f64| y.clamp(0.0, rows as f64) as usize;
-        let (first_row, end_row) = if low > high { (0, 0) } else { (clamp(low), clamp(high.floor() + 1.0)) };
+        let (first_row, end_row) =
+            if low > high { (0, 0) } else { (clamp(low), clamp(high.floor() + 1.0).min(rows)) };
         let mut film = Self {
             columns,
             first_row,
-            flux: vec![0.0; columns * end_row.saturating_sub(first_row)],
+            // One more column for what lies to the right of the film.
+            flux: vec![0.0; (columns + 1) * end_row.saturating_sub(first_row)],
             landed: 0.0,
             outside: 0.0,
             reflected: 0.0,
         };
-        for (row, next) in corners.chunks_exact(width).zip(corners.chunks_exact(width).skip(1)) {
-            for (here, there) in row.windows(2).zip(next.windows(2)) {
-                film.splat([here[0], here[1], there[1], there[0]]);
+        let mut total = 0.0;
+        let mut below = vec![0.0; width - 1];
+        let empty = corners.len() / width - 1;
+        for (j, row) in corners.chunks_exact(width).enumerate() {
+            let next = (j < empty).then(|| &corners[(j + 1) * width..][..width]);
+            // The density left of the edge between two quads.
+            let mut before = 0.0;
+            for i in 0..width - 1 {
+                let (a, b) = (row[i], row[i + 1]);
+                let (lower, upper) = match next {
+                    Some(next) => {
+                        let (c, d) = (next[i + 1], next[i]);
+                        let lower = film.density([a, b, c], &mut total);
+                        let upper = film.density([a, c, d], &mut total);
+                        // Diagonal: the upper triangle lies on its left.
+                        film.edge(a.at, c.at, upper - lower);
+                        film.edge(a.at, d.at, before - upper);
+                        (lower, upper)
+                    }
+                    None => (0.0, 0.0),
+                };
+                film.edge(a.at, b.at, lower - below[i]);
+                // The triangle below the next row's edge, and the one left of the next quad.
+                (below[i], before) = (upper, lower);
+            }
+            if let Some(next) = next {
+                film.edge(row[width - 1].at, next[width - 1].at, before);
             }
         }
+        for row in film.flux.chunks_mut(columns + 1) {
+            let mut sum = 0.0;
+            for value in row.iter_mut() {
+                sum += *value;
+                *value = sum;
+            }
+            film.landed += row[..columns].iter().sum::<f64>();
+        }
+        film.outside = total - film.landed - film.reflected;
         film
     }
 
     /// Adds this film to a complete one.
     pub(super) fn add_to(&self, sum: &mut [f64]) {
-        let begin = self.first_row * self.columns;
-        for (total, value) in sum[begin..begin + self.flux.len()].iter_mut().zip(&self.flux) {
-            *total += value;
+        let rows = sum[self.first_row * self.columns..].chunks_mut(self.columns);
+        for (total, value) in rows.zip(self.flux.chunks(self.columns + 1)) {
+            total.iter_mut().zip(value).for_each(|(total, value)| *total += value);
         }
     }
 
-    /// Spreads a beam evenly over the box with its centre and the extents of its mean edges.
-    ///
-    /// Beams are small against a cell, so that the difference between the box and the quadrilateral averages out; the split of
-    /// the box between cells is exact.
-    fn splat(&mut self, corners: [Corner; 4]) {
-        let [a, b, c, d] = corners.map(|corner| corner.at);
-        let flux = 0.25 * corners.iter().map(|corner| corner.flux).sum::<f64>();
-        let centre = 0.25 * (a + b + c + d);
+    /// Flux per area of half a beam, negative if it is folded; 0 if it is reflected or was put on a single cell.
+    #[inline(always)]
+    fn density(&mut self, [a, b, c]: [Corner; 3], total: &mut f64) -> f64 {
+        let flux = (a.flux + b.flux + c.flux) / 6.0;
+        *total += flux;
+        let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
+        if area.abs() > LEAST_AREA {
+            return flux / area;
+        }
+        let centre = (a.at + b.at + c.at) / 3.0;
         if !centre.is_finite() {
             self.reflected += flux;
+            return 0.0;
+        }
+        let (column, row) = (centre.x.floor(), centre.y.floor() - self.first_row as f64);
+        let width = self.columns + 1;
+        if column >= 0.0 && column < self.columns as f64 && row >= 0.0 && row < (self.flux.len() / width) as f64 {
+            let k = row as usize * width + column as usize;
+            self.flux[k] += flux;
+            self.flux[k + 1] -= flux;
+        }
+        0.0
+    }
+
+    /// Adds `weight` times the area to the right of the edge, counted negative where it runs along +y: `weight` is the density
+    /// on its left less that on its right.
+    #[inline(always)]
+    fn edge(&mut self, from: DVec2, to: DVec2, weight: f64) {
+        if weight == 0.0 || from.y == to.y || !(from.is_finite() && to.is_finite()) {
             return;
         }
-        let half = (0.25 * ((b + c - a - d).abs() + (c + d - a - b).abs())).max(DVec2::splat(1e-9));
-        let (low, high) = (centre - half, centre + half);
-        let end_row = self.first_row + self.flux.len() / self.columns;
-        let range = |low: f64, high: f64, least: usize, end: usize| {
-            let begin = (low.max(least as f64) as usize).min(end);
-            (begin, (high.clamp(0.0, end as f64).ceil() as usize).max(begin))
-        };
-        let (i0, i1) = range(low.x, high.x, 0, self.columns);
-        let (j0, j1) = range(low.y, high.y, self.first_row, end_row);
-        let density = flux / (4.0 * half.x * half.y);
-        let mut landed = 0.0;
-        for j in j0..j1 {
-            let dy = high.y.min((j + 1) as f64) - low.y.max(j as f64);
-            let row = &mut self.flux[(j - self.first_row) * self.columns..][..self.columns];
-            for (i, cell) in row.iter_mut().enumerate().take(i1).skip(i0) {
-                let dx = high.x.min((i + 1) as f64) - low.x.max(i as f64);
-                let part = (density * dx.max(0.0) * dy.max(0.0)).max(0.0);
-                *cell += part;
-                landed += part;
+        let (low, high, weight) = if from.y < to.y { (from, to, -weight) } else { (to, from, weight) };
+        let (width, first) = (self.columns + 1, self.first_row as f64);
+        let rows = self.flux.len() / width;
+        let most = self.columns as f64;
+        let slant = (high.x - low.x) / (high.y - low.y);
+        let begin = (low.y - first).max(0.0);
+        let end = (high.y - first).min(rows as f64);
+        let mut y = begin;
+        let mut row = begin as usize;
+        let at = |y: f64| low.x + slant * (y + first - low.y);
+        while y < end {
+            let next = end.min((row + 1) as f64);
+            let share = weight * (next - y);
+            // Left of the film everything to the right counts, right of it nothing.
+            let (x0, x1) = (at(y).clamp(0.0, most), at(next).clamp(0.0, most));
+            let (x0, x1) = if x0 < x1 { (x0, x1) } else { (x1, x0) };
+            let (column, last) = (x0 as usize, x1 as usize);
+            let cells = &mut self.flux[row * width..][..width];
+            if last <= column {
+                let part = 0.5 * (x0 + x1) - column as f64;
+                cells[column] += share * (1.0 - part);
+                if column + 1 < width {
+                    cells[column + 1] += share * part;
+                }
+            } else {
+                // The share of the edge left of x grows linearly between x0 and x1; its integral is what a cell gets.
+                let scale = 0.5 / (x1 - x0);
+                let covered = |x: f64| {
+                    let inside = x.min(x1) - x0;
+                    inside * inside * scale + (x - x1).max(0.0)
+                };
+                let (mut before, mut step) = (0.0, 0.0);
+                for (cell, k) in cells[column..].iter_mut().take(last - column + 2).zip(column + 1..) {
+                    let sum = covered(k as f64);
+                    let now = sum - before;
+                    *cell += share * (now - step);
+                    (before, step) = (sum, now);
+                }
             }
+            y = next;
+            row += 1;
         }
-        self.landed += landed;
-        self.outside += flux - landed;
     }
 }
