@@ -11,6 +11,9 @@ pub struct Block {
     pub(crate) entry_z: f64,
     pub(crate) nx: usize,
     pub(crate) ny: usize,
+    /// Places of the grid lines, mm.
+    xs: Vec<f64>,
+    ys: Vec<f64>,
     /// Heights at the nodes, mm, row-major, rows along +y.
     pub(crate) heights: Vec<f64>,
     /// How every cell is cut into two triangles.
@@ -105,7 +108,22 @@ impl Block {
         }
         let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
         let (diagonals, normals) = cells(mesh, &node_of, nx, ny)?;
-        Ok(Self { lower: lo.truncate(), upper: hi.truncate(), entry_z: lo.z, nx, ny, heights, diagonals, normals })
+        let places = |n: usize, lo: f64, hi: f64| {
+            let place = |k: usize| k as f64 / (n - 1) as f64;
+            (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+        };
+        Ok(Self {
+            lower: lo.truncate(),
+            upper: hi.truncate(),
+            entry_z: lo.z,
+            nx,
+            ny,
+            xs: places(nx, lo.x, hi.x),
+            ys: places(ny, lo.y, hi.y),
+            heights,
+            diagonals,
+            normals,
+        })
     }
 
     /// Nodes of the exit face along x and y.
@@ -151,9 +169,7 @@ impl Block {
     /// Position of node `(i, j)`, mm. The ends are exact.
     #[inline]
     pub(crate) fn node(&self, i: usize, j: usize) -> DVec3 {
-        let u = DVec2::new(i as f64 / (self.nx - 1) as f64, j as f64 / (self.ny - 1) as f64);
-        let p = self.lower * (1.0 - u) + self.upper * u;
-        p.extend(self.heights[j * self.nx + i])
+        DVec3::new(self.xs[i], self.ys[j], self.heights[j * self.nx + i])
     }
 }
 

@@ -198,7 +198,7 @@ fn light_turned_round_inside_comes_out_again() {
 
 #[test]
 fn power_adds_up_to_one_whatever_happens() {
-    let rough = |x: f64, y: f64| 4.0 * (0.9 * x).sin() * (0.7 * y).cos();
+    let rough = |x: f64, y: f64| 1.4 * (0.9 * x).sin() * (0.7 * y).cos();
     for light in [DVec3::Z, DVec3::new(0.4, -0.2, 1.0)] {
         for fresnel in [Fresnel::Off, Fresnel::On] {
             let mesh = block(81, 61, SIZE, -15.0, rough);
@@ -209,7 +209,7 @@ fn power_adds_up_to_one_whatever_happens() {
                 for flux in [beams, photons] {
                     assert!((flux.total() - 1.0).abs() < 1e-12, "{name}: {flux:?}");
                     assert_eq!(flux.lost, 0.0, "{name}: {flux:?}");
-                    assert!(flux.window > 0.2 && (flux.reflected > 0.01) == (fresnel == Fresnel::On), "{name}: {flux:?}");
+                    assert!(flux.window > 0.1 && (flux.reflected > 0.01) == (fresnel == Fresnel::On), "{name}: {flux:?}");
                 }
                 assert!(photons.totally_reflected + photons.side > 0.05, "{name} is steep enough: {photons:?}");
             }
