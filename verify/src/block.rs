@@ -11,6 +11,9 @@ pub struct Block {
     pub(crate) entry_z: f64,
     pub(crate) nx: usize,
     pub(crate) ny: usize,
+    /// Places of the grid lines, mm.
+    xs: Vec<f64>,
+    ys: Vec<f64>,
     /// Heights at the nodes, mm, row-major, rows along +y.
     pub(crate) heights: Vec<f64>,
     /// How every cell is cut into two triangles.
@@ -35,9 +38,7 @@ pub enum BlockError {
     #[error("the solid is not sound: {0}")]
     Unsound(solid::Report),
     /// There is nothing to stand on.
-    #[error(
-        "no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2"
-    )]
+    #[error("no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2")]
     EntryFace {
         /// Triangles in the lowest plane.
         triangles: usize,
@@ -86,8 +87,7 @@ impl Block {
         entry_face(mesh, in_entry, lo, size)?;
 
         let exit: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
-        let (nx, ny) =
-            (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
+        let (nx, ny) = (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
         if nx.checked_mul(ny) != Some(exit.len()) {
             return Err(BlockError::Grid {
                 why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
@@ -108,7 +108,22 @@ impl Block {
         }
         let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
         let (diagonals, normals) = cells(mesh, &node_of, nx, ny)?;
-        Ok(Self { lower: lo.truncate(), upper: hi.truncate(), entry_z: lo.z, nx, ny, heights, diagonals, normals })
+        let places = |n: usize, lo: f64, hi: f64| {
+            let place = |k: usize| k as f64 / (n - 1) as f64;
+            (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+        };
+        Ok(Self {
+            lower: lo.truncate(),
+            upper: hi.truncate(),
+            entry_z: lo.z,
+            nx,
+            ny,
+            xs: places(nx, lo.x, hi.x),
+            ys: places(ny, lo.y, hi.y),
+            heights,
+            diagonals,
+            normals,
+        })
     }
 
     /// Nodes of the exit face along x and y.
@@ -154,9 +169,7 @@ impl Block {
     /// Position of node `(i, j)`, mm. The ends are exact.
     #[inline]
     pub(crate) fn node(&self, i: usize, j: usize) -> DVec3 {
-        let u = DVec2::new(i as f64 / (self.nx - 1) as f64, j as f64 / (self.ny - 1) as f64);
-        let p = self.lower * (1.0 - u) + self.upper * u;
-        p.extend(self.heights[j * self.nx + i])
+        DVec3::new(self.xs[i], self.ys[j], self.heights[j * self.nx + i])
     }
 }
 
@@ -199,10 +212,7 @@ fn lines(
         let off = position * (count - 1) as f64 - k as f64;
         if off.abs() > GRID_TOLERANCE {
             return Err(BlockError::Grid {
-                why: format!(
-                    "line {k} of {count} along {name} stands {:.1} % of a spacing from its place",
-                    100.0 * off
-                ),
+                why: format!("line {k} of {count} along {name} stands {:.1} % of a spacing from its place", 100.0 * off),
             });
         }
     }
@@ -254,11 +264,7 @@ fn cells(
             0b0110 => Ok(Diagonal::Rising),
             0b1001 => Ok(Diagonal::Falling),
             _ => Err(BlockError::Grid {
-                why: format!(
-                    "the cell at column {}, row {} is not covered by two triangles",
-                    cell % (nx - 1),
-                    cell / (nx - 1)
-                ),
+                why: format!("the cell at column {}, row {} is not covered by two triangles", cell % (nx - 1), cell / (nx - 1)),
             }),
         })
         .collect::<Result<_, _>>()?;

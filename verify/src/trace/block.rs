@@ -4,7 +4,7 @@ use super::{End, Path};
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing},
     block::{Block, Diagonal},
-    optics::{Interface, refract},
+    optics::{Interface, Refraction, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
     spline::Bicubic,
 };
@@ -40,15 +40,31 @@ enum Face {
 struct Hit {
     crossing: Crossing,
     cell: u32,
-    /// Nodes (column, row) of the corners of the triangle.
-    corners: [(usize, usize); 3],
+    /// Which corners of the cell the triangle has.
+    half: Half,
+}
+
+/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
+type Half = [usize; 3];
+
+/// The nodes (column, row) of the corners of a cell, going round.
+#[inline]
+fn corners(i: usize, j: usize) -> [(usize, usize); 4] {
+    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+}
+
+/// The two triangles of a cell.
+#[inline]
+fn halves(diagonal: Diagonal) -> [Half; 2] {
+    match diagonal {
+        Diagonal::Rising => [[0, 1, 2], [0, 2, 3]],
+        Diagonal::Falling => [[0, 1, 3], [1, 2, 3]],
+    }
 }
 
 impl BlockTracer {
     pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        let Interface::Refracted { direction: inside, transmittance } =
-            refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior)
-        else {
+        let Interface::Refracted(entered) = refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior) else {
             return Err(SceneError::Light(scene.light));
         };
         let spline = || {
@@ -74,7 +90,7 @@ impl BlockTracer {
             + low.abs().max(high.abs()).max(block.entry_z.abs());
         let accelerator = Accelerator::build(columns * rows, reach, |k| {
             let (i, j) = (k % columns, k / columns);
-            let corners = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)].map(|(i, j)| block.node(i, j));
+            let corners = corners(i, j).map(|(i, j)| block.node(i, j));
             corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
         });
         Ok(Self {
@@ -83,8 +99,8 @@ impl BlockTracer {
             fresnel: scene.fresnel,
             geometry: scene.geometry,
             face,
-            inside,
-            entry_transmittance: transmitted(scene.fresnel, transmittance),
+            inside: entered.direction,
+            entry_transmittance: transmitted(scene.fresnel, &entered),
             steepest: steepest(block),
             accelerator,
             block: block.clone(),
@@ -103,16 +119,17 @@ impl BlockTracer {
             Ok(exit) => exit,
             Err(end) => return ended(end),
         };
-        let Interface::Refracted { direction, transmittance } = refract(self.inside, normal, self.ior) else {
+        let Interface::Refracted(left) = refract(self.inside, normal, self.ior) else {
             return ended(End::TotallyReflected);
         };
+        let direction = left.direction;
         if direction.z <= 0.0 || self.meets_the_face_again(point, direction) {
             return ended(End::Side);
         }
         let landing = point + direction * ((self.distance_mm - point.z) / direction.z);
         Path {
             end: End::Receiver(landing.truncate()),
-            transmittance: self.entry_transmittance * transmitted(self.fresnel, transmittance),
+            transmittance: self.entry_transmittance * transmitted(self.fresnel, &left),
             signature: 0,
         }
     }
@@ -122,8 +139,7 @@ impl BlockTracer {
     fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
-            let within =
-                point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
+            let within = point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
             return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
         }
         let Some(hit) = self.search(ray, |_| true) else { return Err(self.miss(ray)) };
@@ -136,22 +152,25 @@ impl BlockTracer {
     /// The nearest crossing of the exit face's triangles that `accept` lets pass.
     #[inline]
     fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
-        let columns = self.block.nx - 1;
+        let columns = self.block.nx as u32 - 1;
         let mut nearest: Option<Hit> = None;
         self.accelerator.visit(ray, |cell| {
-            let (i, j) = (cell as usize % columns, cell as usize / columns);
-            let mut best = f64::INFINITY;
-            for corners in halves(i, j, self.block.diagonals[cell as usize]) {
-                let sheared = corners.map(|(i, j)| ray.sheared(self.block.node(i, j)));
-                let Some(crossing) = crossing(sheared).filter(|c| accept(c)) else { continue };
-                best = best.min(crossing.t);
-                let hit = Hit { crossing, cell, corners };
-                let nearer = nearest.is_none_or(|n| (crossing.t, cell) < (n.crossing.t, n.cell));
-                if nearer {
-                    nearest = Some(hit);
+            let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
+            let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
+            // Most candidates are passed at a distance; the ray is the origin here.
+            let (lo, hi) = corners.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), c| (lo.min(c.0), hi.max(c.0)));
+            if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
+                return None;
+            }
+            let mut best: Option<f64> = None;
+            for half in halves(self.block.diagonals[cell as usize]) {
+                let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
+                best = Some(best.map_or(crossing.t, |t| t.min(crossing.t)));
+                if nearest.is_none_or(|n| (crossing.t, cell) < (n.crossing.t, n.cell)) {
+                    nearest = Some(Hit { crossing, cell, half });
                 }
             }
-            best.is_finite().then_some(best)
+            best
         });
         nearest
     }
@@ -181,7 +200,9 @@ impl BlockTracer {
 
     #[inline]
     fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
-        if self.geometry == Geometry::NormalMappedPlane || direction.z > self.steepest * direction.truncate().length() {
+        if self.geometry == Geometry::NormalMappedPlane
+            || direction.z > self.steepest * direction.truncate().length()
+        {
             return false;
         }
         let ray = SearchRay::new(point, direction);
@@ -189,34 +210,38 @@ impl BlockTracer {
     }
 
     /// The triangle above or below a point, whatever its height.
-    fn half_at(&self, at: DVec2) -> (DVec2, [(usize, usize); 3], usize) {
-        let cells = DVec2::new((self.block.nx - 1) as f64, (self.block.ny - 1) as f64);
+    fn hit_at(&self, at: DVec2) -> Hit {
+        let columns = self.block.nx - 1;
+        let cells = DVec2::new(columns as f64, (self.block.ny - 1) as f64);
         let u = (at - self.block.lower) / (self.block.upper - self.block.lower) * cells;
-        let cell = u.floor().clamp(DVec2::ZERO, cells - 1.0);
-        let (i, j) = (cell.x as usize, cell.y as usize);
-        let f = u - cell;
-        let index = j * (self.block.nx - 1) + i;
-        let diagonal = self.block.diagonals[index];
-        let first = match diagonal {
+        let corner = u.floor().clamp(DVec2::ZERO, cells - 1.0);
+        let cell = corner.y as usize * columns + corner.x as usize;
+        let f = u - corner;
+        let diagonal = self.block.diagonals[cell];
+        let in_first = match diagonal {
             Diagonal::Rising => f.y <= f.x,
             Diagonal::Falling => f.x + f.y <= 1.0,
         };
-        let [a, b] = halves(i, j, diagonal);
-        (f, if first { a } else { b }, index)
+        let half = halves(diagonal)[usize::from(!in_first)];
+        let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell: cell as u32, half };
+        let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
+        let area = (b - a).perp_dot(c - a);
+        hit.crossing.weights =
+            DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
+        hit
     }
 
-    fn hit_at(&self, at: DVec2) -> Hit {
-        let (_, corners, cell) = self.half_at(at);
-        let [a, b, c] = corners.map(|(i, j)| self.block.node(i, j).truncate());
-        let area = (b - a).perp_dot(c - a);
-        let weights =
-            DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
-        Hit { crossing: Crossing { t: 0.0, weights, outwards: true }, cell: cell as u32, corners }
+    /// The nodes (column, row) of the corners of a triangle.
+    #[inline]
+    fn nodes_of(&self, hit: &Hit) -> [(usize, usize); 3] {
+        let columns = self.block.nx as u32 - 1;
+        let corners = corners((hit.cell % columns) as usize, (hit.cell / columns) as usize);
+        hit.half.map(|k| corners[k])
     }
 
     fn height_above(&self, at: DVec2) -> f64 {
         let hit = self.hit_at(at);
-        let z = hit.corners.map(|(i, j)| self.block.node(i, j).z);
+        let z = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).z);
         hit.crossing.weights.dot(DVec3::from_array(z))
     }
 
@@ -234,22 +259,12 @@ impl BlockTracer {
     #[inline]
     fn flat_normal(&self, hit: &Hit) -> DVec3 {
         if let Face::Smooth(normals) = &self.face {
-            let [a, b, c] = hit.corners.map(|(i, j)| normals[j * self.block.nx + i]);
+            let [a, b, c] = self.nodes_of(hit).map(|(i, j)| normals[j * self.block.nx + i]);
             let w = hit.crossing.weights;
             return (w.x * a + w.y * b + w.z * c).normalize();
         }
-        let [a, b, c] = hit.corners.map(|(i, j)| self.block.node(i, j));
+        let [a, b, c] = self.nodes_of(hit).map(|(i, j)| self.block.node(i, j));
         (b - a).cross(c - a).normalize()
-    }
-}
-
-/// The two triangles of a cell, counter-clockwise as seen from the receiver.
-#[inline]
-fn halves(i: usize, j: usize, diagonal: Diagonal) -> [[(usize, usize); 3]; 2] {
-    let (a, b, c, d) = ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1));
-    match diagonal {
-        Diagonal::Rising => [[a, b, c], [a, c, d]],
-        Diagonal::Falling => [[a, b, d], [b, c, d]],
     }
 }
 
@@ -276,10 +291,10 @@ fn on_spline(spline: &Bicubic, ray: &SearchRay, mut t: f64) -> Option<(DVec3, DV
     None
 }
 
-fn transmitted(fresnel: Fresnel, transmittance: f64) -> f64 {
+fn transmitted(fresnel: Fresnel, refraction: &Refraction) -> f64 {
     match fresnel {
         Fresnel::Off => 1.0,
-        Fresnel::On => transmittance,
+        Fresnel::On => refraction.transmittance(),
     }
 }
 

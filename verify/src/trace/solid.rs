@@ -51,9 +51,7 @@ enum Next {
 impl SolidTracer {
     pub(super) fn new(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         match (scene.surface, scene.geometry) {
-            (Surface::Spline, _) => {
-                return Err(SceneError::Needs("the spline surface needs an exit face on a regular grid"));
-            }
+            (Surface::Spline, _) => return Err(SceneError::Needs("the spline surface needs an exit face on a regular grid")),
             (_, Geometry::NormalMappedPlane) => {
                 return Err(SceneError::Needs("the normal-mapped plane needs an exit face on a regular grid"));
             }
@@ -66,9 +64,11 @@ impl SolidTracer {
         let light = scene.light.normalize();
         // Everything that light in this direction can meet, projected along it to the lowest plane.
         let shift = -(upper.z - lower.z) / light.z * light.truncate();
-        let aperture = (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift));
-        let reach =
-            2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
+        let aperture = (
+            lower.truncate().min(lower.truncate() + shift),
+            upper.truncate().max(upper.truncate() + shift),
+        );
+        let reach = 2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
         let accelerator = Accelerator::build(mesh.triangles.len(), reach, |k| {
             let [a, b, c] = mesh.corners(k);
             (a.min(b).min(c), a.max(b).max(c))
@@ -167,21 +167,18 @@ impl SolidTracer {
             if onwards * by_shading.dot(facet) < 0.0 { by_shading } else { reflect(direction, facet) }
         };
         match refract(direction, normal, eta) {
-            Interface::Refracted { direction: out, transmittance } if onwards * out.dot(facet) > 0.0 => {
+            Interface::Refracted(refraction) if onwards * refraction.direction.dot(facet) > 0.0 => {
                 let t = match self.scene.fresnel {
                     Fresnel::Off => 1.0,
-                    Fresnel::On => transmittance,
+                    Fresnel::On => refraction.transmittance(),
                 };
                 let reflected = (t < 1.0).then(|| Leg {
                     partial: true,
                     ..on(mirrored(), leg.medium, leg.power * (1.0 - t), leg.reflections + 1)
                 });
-                Next::Split { refracted: Some(on(out, beyond, leg.power * t, leg.reflections)), reflected }
+                Next::Split { refracted: Some(on(refraction.direction, beyond, leg.power * t, leg.reflections)), reflected }
             }
-            _ => Next::Split {
-                refracted: None,
-                reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)),
-            },
+            _ => Next::Split { refracted: None, reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)) },
         }
     }
 
@@ -189,10 +186,13 @@ impl SolidTracer {
     /// passed from the next one, so a step through a crease cannot be skipped or taken twice.
     fn search(&self, leg: &Leg) -> Option<(usize, Crossing)> {
         let leaves = leg.medium == Medium::Glass;
+        // At a convex edge a ray in the glass may leave where it entered. A ray outside may not enter where it left: it
+        // only touches the other face of that edge.
+        let least_t = if leaves { -1e-9 } else { 1e-9 };
         let mut nearest: Option<(u32, Crossing)> = None;
         self.accelerator.visit(&leg.ray, |k| {
             let sheared = self.mesh.corners(k as usize).map(|p| leg.ray.sheared(p));
-            let crossing = crossing(sheared).filter(|c| c.outwards == leaves && c.t > -1e-9)?;
+            let crossing = crossing(sheared).filter(|c| c.outwards == leaves && c.t > least_t)?;
             if nearest.is_none_or(|(n, c)| (crossing.t, k) < (c.t, n)) {
                 nearest = Some((k, crossing));
             }
