@@ -71,7 +71,16 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     let outcome =
         workshop.run("design picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
-    for name in ["block.stl", "block.glb", "block.obj", "block.toml", "block.panel.png", "block.caustic.png", "block.difference.png", "block.contours.png"] {
+    for name in [
+        "block.stl",
+        "block.glb",
+        "block.obj",
+        "block.toml",
+        "block.panel.png",
+        "block.caustic.png",
+        "block.difference.png",
+        "block.contours.png",
+    ] {
         assert!(fs::metadata(workshop.path(name)).is_ok_and(|m| m.len() > 100), "{name} of {:?}", workshop.files());
     }
     for word in ["relative RMS", "SSIM", "250 mm", "mean plane of the exit face", "100.00 x 66.67 mm"] {

@@ -211,9 +211,18 @@ fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option
     println!("{}", list(&plan.outputs));
     println!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
-        bench.block().width_mm, bench.block().height_mm, (solid.thickness_mm() * 1000.0).round() / 1000.0, 1.0 / bench.exit_face().eta()
+        bench.block().width_mm,
+        bench.block().height_mm,
+        (solid.thickness_mm() * 1000.0).round() / 1000.0,
+        1.0 / bench.exit_face().eta()
     );
-    println!("  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes", block.surface.relief_mm(), solid.thinnest_mm(), plan.nodes.0, plan.nodes.1);
+    println!(
+        "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
+        block.surface.relief_mm(),
+        solid.thinnest_mm(),
+        plan.nodes.0,
+        plan.nodes.1
+    );
     println!("  light          parallel, straight onto the planar entry face");
     println!(
         "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
@@ -223,8 +232,17 @@ fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option
         bench.window().height_mm
     );
     let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
-    let limit = if stopped > 0 { format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len()) } else { String::new() };
-    println!("  solver         {}, {} iterations, {:.1} s{limit}", name_of(plan.solver), block.summary.iterations(), solved.as_secs_f64());
+    let limit = if stopped > 0 {
+        format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
+    } else {
+        String::new()
+    };
+    println!(
+        "  solver         {}, {} iterations, {:.1} s{limit}",
+        name_of(plan.solver),
+        block.summary.iterations(),
+        solved.as_secs_f64()
+    );
     if !pictures.is_empty() {
         println!("  pictures       {}", list(pictures));
     }

@@ -122,7 +122,8 @@ impl BlockTracer {
     fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
-            let within = point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
+            let within =
+                point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
             return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
         }
         let Some(hit) = self.search(ray, |_| true) else { return Err(self.miss(ray)) };
@@ -180,9 +181,7 @@ impl BlockTracer {
 
     #[inline]
     fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
-        if self.geometry == Geometry::NormalMappedPlane
-            || direction.z > self.steepest * direction.truncate().length()
-        {
+        if self.geometry == Geometry::NormalMappedPlane || direction.z > self.steepest * direction.truncate().length() {
             return false;
         }
         let ray = SearchRay::new(point, direction);
@@ -210,7 +209,8 @@ impl BlockTracer {
         let (_, corners, cell) = self.half_at(at);
         let [a, b, c] = corners.map(|(i, j)| self.block.node(i, j).truncate());
         let area = (b - a).perp_dot(c - a);
-        let weights = DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
+        let weights =
+            DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
         Hit { crossing: Crossing { t: 0.0, weights, outwards: true }, cell: cell as u32, corners }
     }
 
