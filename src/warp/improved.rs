@@ -22,7 +22,7 @@ use crate::{
 pub struct WarpingOptions {
     /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
     pub coarse_iterations: usize,
-    /// Iterations at most on finer levels; `None`, the default, takes 80, and 200 where the darkest part of the target is below
+    /// Iterations at most on finer levels; `None`, the default, takes 60, and 200 where the darkest part of the target is below
     /// a tenth of its mean.
     pub fine_iterations: Option<usize>,
     /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one the surface is that of a
@@ -84,7 +84,7 @@ impl Warping {
 /// as many as the height grid has intervals when it is much coarser than the picture.
 fn finest_quads(pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
     let intervals = (nodes.0 - 1, nodes.1 - 1);
-    let per_pixel = (intervals.0 / (2 * pixels.0)).min(intervals.1 / (2 * pixels.1)).max(1);
+    let per_pixel = (4 * intervals.0 / (5 * pixels.0)).min(4 * intervals.1 / (5 * pixels.1)).max(1);
     let per_pixel = per_pixel.max(LEAST_QUADS.div_ceil(pixels.0.min(pixels.1)));
     let axis = |pixels: usize, intervals: usize| {
         // Up to 1.5 pixels for a node the alignment is worth more than the match of the grids.
@@ -112,7 +112,7 @@ impl Solver for Warping {
         let weight = AreaWeight::Balanced(1.0);
         let mut run = Run { solver: NAME, bench, weight, progress, summary: Summary::default() };
         let dark = wanted.min_max().0 < 0.1;
-        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 80 });
+        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 60 });
         let coarse = |q: (usize, usize)| q.0.max(q.1) <= COARSE_QUADS;
         let mesh = run.pyramid(&wanted, |q| if coarse(q) { self.options.coarse_iterations } else { fine })?;
         let heights = Field::filled(quads.0 + 1, quads.1 + 1, 0.0);

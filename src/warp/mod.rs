@@ -20,6 +20,8 @@ mod paper;
 mod pullback;
 mod relief;
 mod solve;
+#[cfg(test)]
+mod tests;
 
 pub use improved::{Warping, WarpingOptions};
 pub use mesh::{FoldCount, WarpMesh, pyramid};
