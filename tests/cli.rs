@@ -200,7 +200,7 @@ fn benches_that_make_no_sense_are_refused_with_the_value_and_its_limit() {
         ("--distance 0", ["distance to the receiver is 0 mm", "1 mm"]),
         ("--distance -250mm", ["-250 mm", "1 mm"]),
         ("--size 0mm", ["width of the block is 0 mm", "1 mm"]),
-        ("--size nan", ["nan", "no number"]),
+        ("--size nan", ["nan", "mm, cm, m or in"]),
         ("--size 3furlongs", ["furlongs", "mm, cm, m or in"]),
         ("--ior 1", ["index is 1", "1.01"]),
         ("--ior 0", ["index is 0", "1.01"]),
