@@ -8,6 +8,7 @@ mod newton;
 mod options;
 mod path;
 mod pyramid;
+mod report;
 mod rounds;
 mod spline;
 mod start;
