@@ -71,7 +71,7 @@ pub(crate) fn judge(
     let scene = Scene::new(bench.ior, bench.distance_mm, window);
     let tracer = |surface, geometry| {
         let scene = Scene { surface, geometry, ..scene };
-        Tracer::for_block(&block, &scene).map_err(|error| refused_scene(error))
+        Tracer::for_block(&block, &scene).map_err(refused_scene)
     };
     let look_through = |tracer: &Tracer| {
         let seen = beams(tracer, nx * BEAMS_PER_PIXEL, ny * BEAMS_PER_PIXEL);
