@@ -5,6 +5,7 @@ mod common;
 use common::{block, relief, stl};
 use glam::DVec2;
 use glasswarp_verify::{Block, BlockError, Mesh, load, solid};
+use proptest::prelude::*;
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
 
@@ -35,7 +36,8 @@ fn every_fault_has_its_name() {
         change(&mut mesh);
         Block::from_mesh(&mesh).unwrap_err().to_string()
     };
-    let cases: [(&str, &dyn Fn(&mut Mesh)); 8] = [
+    type Change<'a> = &'a dyn Fn(&mut Mesh);
+    let cases: [(&str, Change<'_>); 8] = [
         ("3 open edges", &|m| _ = m.triangles.remove(7)),
         ("3 edges between triangles of opposite orientation", &|m| m.triangles[7].swap(0, 1)),
         ("inside out", &|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))),
@@ -77,5 +79,37 @@ fn a_cut_file_never_passes_for_a_block() {
     for length in (0..bytes.len()).step_by(9973) {
         std::fs::write(&path, &bytes[..length]).unwrap();
         assert!(load::read(&path).is_err(), "{length} bytes");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is done to a file, it is read or refused, never a panic.
+    #[test]
+    fn damaged_files_are_read_or_refused(
+        kind in 0..3usize,
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
+        keep in any::<prop::sample::Index>(),
+    ) {
+        let corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n";
+        let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+        let (name, mut bytes) = match kind {
+            0 => ("x.stl", stl(&block(4, 4, SIZE, -1.0, |_, _| 0.0))),
+            1 => ("x.stl", text.into()),
+            _ => ("x.obj", corners.into()),
+        };
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        bytes.truncate(keep.index(2 * bytes.len()) + 1);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, &bytes).unwrap();
+        if let Ok(mesh) = load::read(&path) {
+            prop_assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < mesh.vertices.len()));
+            let _ = (solid::check(&mesh), Block::from_mesh(&mesh));
+        }
     }
 }

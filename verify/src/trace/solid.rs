@@ -47,6 +47,7 @@ enum Medium {
 }
 
 /// What happens at the end of a leg: at most one way on by refraction, one by reflection.
+#[allow(clippy::large_enum_variant, reason = "a box would allocate at every interface")]
 enum Next {
     Ended(End),
     Split { refracted: Option<Leg>, reflected: Option<Leg> },
