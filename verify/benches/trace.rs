@@ -5,8 +5,8 @@ mod common;
 
 use common::{block, relief, scene};
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
-use glam::{DVec2, DVec3};
-use glasswarp_verify::{Block, PhotonPlan, Scene, Surface, Tracer, beams, photons};
+use glam::DVec2;
+use glasswarp_verify::{Block, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons};
 
 const NODES: usize = 641;
 const SIZE: DVec2 = DVec2::splat(100.0);
@@ -15,8 +15,6 @@ fn trace(c: &mut Criterion) {
     let mesh = block(NODES, NODES, SIZE, -15.0, relief);
     let recognised = Block::from_mesh(&mesh).expect("a block");
     let straight = scene(SIZE, 512, 250.0);
-    // Light off the axis has to search the hierarchy.
-    let tilted = Scene { light: DVec3::new(0.02, 0.01, 1.0), ..straight };
     let mut group = c.benchmark_group("verify");
     group.sample_size(10);
 
@@ -24,7 +22,7 @@ fn trace(c: &mut Criterion) {
     group.throughput(Throughput::Elements((NODES as u64 - 1).pow(2)));
     group.bench_function("hierarchy over its exit face", |b| {
         b.iter_batched(
-            || Tracer::for_block(&recognised, &tilted).expect("a bench"),
+            || Tracer::for_block(&recognised, &straight).expect("a bench"),
             // The first ray builds it.
             |tracer| tracer.path(DVec2::ZERO),
             BatchSize::PerIteration,
@@ -36,14 +34,14 @@ fn trace(c: &mut Criterion) {
 
     let plan = PhotonPlan::new(1_000_000, 1);
     let mut tracers = Vec::new();
-    for (light, scene) in [("straight", straight), ("tilted", tilted)] {
+    for traversal in [Traversal::Grid, Traversal::Bvh] {
         for surface in [Surface::Spline, Surface::Facets] {
-            let scene = Scene { surface, ..scene };
+            let scene = Scene { surface, traversal, ..straight };
             let tracer = Tracer::for_block(&recognised, &scene).expect("a bench");
-            tracers.push((format!("{light} light, {surface:?}"), tracer));
+            tracers.push((format!("{traversal:?}, {surface:?}"), tracer));
         }
     }
-    tracers.push(("straight light, full solid".into(), Tracer::for_solid(&mesh, &facets).expect("a bench")));
+    tracers.push(("Bvh, full solid".into(), Tracer::for_solid(&mesh, &facets).expect("a bench")));
     for (name, tracer) in &tracers {
         let count = photons(tracer, &plan).expect("a plan").photons();
         group.throughput(Throughput::Elements(count));

@@ -5,7 +5,7 @@ use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing},
     block::{Block, Diagonal},
     optics::{Interface, Refraction, refract},
-    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal},
     spline::Bicubic,
 };
 use glam::{DVec2, DVec3};
@@ -19,6 +19,7 @@ pub(super) struct BlockTracer {
     distance_mm: f64,
     fresnel: Fresnel,
     geometry: Geometry,
+    traversal: Traversal,
     face: Face,
     /// Direction inside the glass, and what the entry face lets through.
     inside: DVec3,
@@ -26,7 +27,7 @@ pub(super) struct BlockTracer {
     cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
-    /// Built when first needed: light along the axis finds its cell without.
+    /// Built when first needed.
     accelerator: OnceLock<Accelerator>,
 }
 
@@ -92,6 +93,7 @@ impl BlockTracer {
             distance_mm: scene.distance_mm,
             fresnel: scene.fresnel,
             geometry: scene.geometry,
+            traversal: scene.traversal,
             face,
             inside: entered.direction,
             entry_transmittance: transmitted(scene.fresnel, &entered),
@@ -163,7 +165,7 @@ impl BlockTracer {
     /// Where a ray inside the glass meets the triangles of the exit face first.
     #[inline]
     fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
-        if ray.direction.x == 0.0 && ray.direction.y == 0.0 {
+        if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
             // It crosses a height field once: if it meets the cell above it, that is the crossing.
             let hit = self.cross(self.cell_above(ray.origin.truncate()), ray, |_| true);
             if hit.is_some() {
