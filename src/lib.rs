@@ -26,6 +26,7 @@ pub mod materials;
 pub mod optics;
 pub mod optim;
 pub mod pipeline;
+pub mod report;
 pub mod solid;
 pub mod solver;
 pub mod surface;

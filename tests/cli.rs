@@ -71,7 +71,16 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     let outcome =
         workshop.run("design picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
-    for name in ["block.stl", "block.glb", "block.obj", "block.toml", "block.panel.png", "block.caustic.png", "block.difference.png", "block.contours.png"] {
+    for name in [
+        "block.stl",
+        "block.glb",
+        "block.obj",
+        "block.toml",
+        "block.panel.png",
+        "block.caustic.png",
+        "block.difference.png",
+        "block.contours.png",
+    ] {
         assert!(fs::metadata(workshop.path(name)).is_ok_and(|m| m.len() > 100), "{name} of {:?}", workshop.files());
     }
     for word in ["relative RMS", "SSIM", "250 mm", "mean plane of the exit face", "100.00 x 66.67 mm"] {
@@ -191,7 +200,7 @@ fn benches_that_make_no_sense_are_refused_with_the_value_and_its_limit() {
         ("--distance 0", ["distance to the receiver is 0 mm", "1 mm"]),
         ("--distance -250mm", ["-250 mm", "1 mm"]),
         ("--size 0mm", ["width of the block is 0 mm", "1 mm"]),
-        ("--size nan", ["nan", "no number"]),
+        ("--size nan", ["nan", "mm, cm, m or in"]),
         ("--size 3furlongs", ["furlongs", "mm, cm, m or in"]),
         ("--ior 1", ["index is 1", "1.01"]),
         ("--ior 0", ["index is 0", "1.01"]),

@@ -163,9 +163,9 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
     for output in &plan.outputs {
-        export::export(output, &block.solid, &design).map_err(|error| Failure::Io {
-            what: format!("{} was not written", output.display()),
-            source: error.into(),
+        export::export(output, &block.solid, &design).map_err(|error| match error {
+            ExportError::Write(error) => Failure::writing(error),
+            refused => Failure::refused(refused),
         })?;
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
@@ -199,7 +199,7 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
 /// Judges the first STL, or without one the first output: what a shop would get.
 fn judge_output(plan: &Plan) -> Result<Judgement, Failure> {
     let first = &plan.outputs[0];
-    let output = plan.outputs.iter().find(|path| Format::from_path(path) == Ok(Format::Stl)).unwrap_or(first);
+    let output = plan.outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(first);
     let side = side_file::SideFile::read(&side_file::path_beside(output))?;
     judge::judge(output, &side.bench, &plan.target, judge::Look::default())
 }
@@ -211,9 +211,18 @@ fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option
     println!("{}", list(&plan.outputs));
     println!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
-        bench.block().width_mm, bench.block().height_mm, (solid.thickness_mm() * 1000.0).round() / 1000.0, 1.0 / bench.exit_face().eta()
+        bench.block().width_mm,
+        bench.block().height_mm,
+        (solid.thickness_mm() * 1000.0).round() / 1000.0,
+        1.0 / bench.exit_face().eta()
     );
-    println!("  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes", block.surface.relief_mm(), solid.thinnest_mm(), plan.nodes.0, plan.nodes.1);
+    println!(
+        "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
+        block.surface.relief_mm(),
+        solid.thinnest_mm(),
+        plan.nodes.0,
+        plan.nodes.1
+    );
     println!("  light          parallel, straight onto the planar entry face");
     println!(
         "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
@@ -223,8 +232,17 @@ fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option
         bench.window().height_mm
     );
     let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
-    let limit = if stopped > 0 { format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len()) } else { String::new() };
-    println!("  solver         {}, {} iterations, {:.1} s{limit}", name_of(plan.solver), block.summary.iterations(), solved.as_secs_f64());
+    let limit = if stopped > 0 {
+        format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
+    } else {
+        String::new()
+    };
+    println!(
+        "  solver         {}, {} iterations, {:.1} s{limit}",
+        name_of(plan.solver),
+        block.summary.iterations(),
+        solved.as_secs_f64()
+    );
     if !pictures.is_empty() {
         println!("  pictures       {}", list(pictures));
     }

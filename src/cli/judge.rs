@@ -124,11 +124,13 @@ impl Judgement {
         println!("  relative RMS   {:.4}", m.rel_rms);
         println!("  PSNR           {:.1} dB", m.psnr_db);
         println!("  SSIM           {:.4}", m.ssim);
+        // The photons' estimate is free of their own noise in the mean, and may be off by a few standard errors.
+        let off = (self.photons.mean_square - m.rel_rms * m.rel_rms) / self.photons.mean_square_error;
+        let verdict = if off.abs() < 5.0 { "confirm it" } else { "DISAGREE" };
         println!(
-            "  photons say    {:.4} +- {:.4} relative RMS ({} photons, their noise removed)",
-            self.photons.rel_rms(),
-            self.photons.rel_rms_error(),
-            self.photon_count
+            "  photons        {:.1} million {verdict}: off by {:.1} standard errors",
+            self.photon_count as f64 / 1e6,
+            off.abs()
         );
         println!(
             "  light          {:.3} % in the picture, {:.3} % beside it",
@@ -161,7 +163,7 @@ pub(crate) fn field_of(image: &Image) -> Field<f64> {
 fn not_read(path: &Path, error: LoadError) -> Failure {
     let what = format!("{} is no readable mesh", path.display());
     match error {
-        LoadError::Io { .. } => Failure::Io { what, source: error.into() },
+        LoadError::Read { .. } => Failure::Io { what, source: error.into() },
         _ => Failure::InvalidMesh { what, source: Some(error.into()) },
     }
 }

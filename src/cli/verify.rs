@@ -42,8 +42,8 @@ pub(crate) struct VerifyArgs {
     transfer: Option<TransferName>,
 
     /// Pixels across at which to judge, at most the picture's own
-    #[arg(long, value_name = "N", default_value_t = Look::default().pixels, value_parser = clap::value_parser!(u32).range(8..=8192).map(|n| n as usize))]
-    pixels: usize,
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
+    pixels: u32,
 
     /// Photons that confirm the beams and account for all light
     #[arg(long, value_name = "N", default_value_t = Look::default().photons)]
@@ -93,7 +93,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let transfer = args.transfer.or(side.design.transfer).map(Transfer::from);
     let offset = args.offset.or(side.design.offset).unwrap_or(0.0);
     let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
-    let look = Look { pixels: args.pixels, photons: args.photons, seed: args.seed };
+    let look = Look { pixels: args.pixels as usize, photons: args.photons, seed: args.seed };
     let judgement = judge::judge(&args.block, &bench, &target, look)?;
     for warning in warnings {
         eprintln!("warning: {warning}");

@@ -290,7 +290,6 @@ fn material(solid: &Solid, exit_face: ExitFace) -> Material {
                     attenuation_color: extension::AttenuationColor(ATTENUATION_COLOUR),
                     ..extension::Volume::default()
                 }),
-                ..extension::Material::default()
             }),
             ..Material::default()
         },

@@ -15,11 +15,13 @@
 //!   vertex between the two faces: a reader finds the height nodes as all vertices above the entry plane.
 
 mod check;
+mod error;
 mod stock;
 mod walls;
 
 pub use check::{Fault, Invariants};
 pub(crate) use check::{cross, sub};
+pub use error::SolidError;
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
@@ -29,84 +31,6 @@ use crate::{
 use glam::DVec2;
 use std::ops::Range;
 use walls::{entry_cells, strip};
-
-/// Why a surface does not make a block.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum SolidError {
-    /// A node without a height.
-    #[error("the height of the exit face at node ({i}, {j}) is {height_mm} mm; every height must be finite")]
-    NotFinite {
-        /// Column of the node.
-        i: usize,
-        /// Row of the node.
-        j: usize,
-        /// What stands there, mm.
-        height_mm: f64,
-    },
-    /// More nodes than mesh files can number.
-    #[error(
-        "the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer (--nodes)",
-        Solid::MOST_NODES
-    )]
-    TooManyNodes {
-        /// Nodes along x.
-        nx: usize,
-        /// Nodes along y.
-        ny: usize,
-    },
-    /// Nodes that `f32` coordinates could not tell apart.
-    #[error(
-        "the nodes are {spacing_mm} mm apart on a block of {size_mm} mm; the coordinates of mesh files need at least {least_mm:.1e} mm there: ask for fewer nodes (--nodes)"
-    )]
-    TooFine {
-        /// Distance of neighbours, mm.
-        spacing_mm: f64,
-        /// Size of the block in that direction, mm.
-        size_mm: f64,
-        /// Least distance, mm.
-        least_mm: f64,
-    },
-    /// A thickness out of range.
-    #[error("{what} is {value_mm} mm; it must lie between {least_mm} mm and {greatest_mm} mm")]
-    Thickness {
-        /// Which one.
-        what: &'static str,
-        /// Its value, mm.
-        value_mm: f64,
-        /// Least accepted value, mm.
-        least_mm: f64,
-        /// Greatest accepted value, mm.
-        greatest_mm: f64,
-    },
-    /// The cutter would come out of the entry face, or near it.
-    #[error(
-        "a stock of {thickness_mm} mm leaves {thinnest_mm:.2} mm at the thinnest place, because the relief is {relief_mm:.2} mm deep; at least {least_mm} mm must remain: take a thicker stock (--thickness {enough_mm}mm), or move the receiver further away to make the relief shallower"
-    )]
-    TooThin {
-        /// Thickness of the stock, mm.
-        thickness_mm: f64,
-        /// Peak to valley of the exit face, mm.
-        relief_mm: f64,
-        /// What remains, mm.
-        thinnest_mm: f64,
-        /// What must remain, mm.
-        least_mm: f64,
-        /// A stock that would do, mm.
-        enough_mm: f64,
-    },
-    /// No sheet is thick enough.
-    #[error(
-        "the relief is {relief_mm:.2} mm deep and {least_mm} mm must remain, but the thickest standard sheet is {thickest_mm} mm: name a stock (--thickness), or move the receiver further away to make the relief shallower"
-    )]
-    TooDeep {
-        /// Peak to valley of the exit face, mm.
-        relief_mm: f64,
-        /// What must remain, mm.
-        least_mm: f64,
-        /// The thickest standard sheet, mm.
-        thickest_mm: f64,
-    },
-}
 
 /// One planar or structured side of the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -350,7 +274,7 @@ impl Solid {
             }
             Face::Entry => {
                 let (_, _, [a, b, c, d]) = quad(&self.entry, k);
-                if k % 2 == 0 { [a, c, b] } else { [a, d, c] }
+                if k.is_multiple_of(2) { [a, c, b] } else { [a, d, c] }
             }
             wall => self.walls[Face::WALLS.iter().position(|w| w == wall).unwrap_or_default()][k],
         }

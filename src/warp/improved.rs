@@ -4,12 +4,12 @@ use super::{
     AreaWeight, LEAST_TARGET, NAME,
     locate::{locate, refine},
     mesh::WarpMesh,
+    pullback,
     relief::{check_rays, displaced_surface, mesh_heights},
     solve::Run,
 };
 use crate::{
     bench::Bench,
-    forward::{Geometry, irradiance},
     grid::{Field, area_resample},
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver},
@@ -22,7 +22,7 @@ use crate::{
 pub struct WarpingOptions {
     /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
     pub coarse_iterations: usize,
-    /// Iterations at most on finer levels; `None`, the default, takes 80, and 200 where the darkest part of the target is below
+    /// Iterations at most on finer levels; `None`, the default, takes 60, and 200 where the darkest part of the target is below
     /// a tenth of its mean.
     pub fine_iterations: Option<usize>,
     /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one the surface is that of a
@@ -84,7 +84,7 @@ impl Warping {
 /// as many as the height grid has intervals when it is much coarser than the picture.
 fn finest_quads(pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
     let intervals = (nodes.0 - 1, nodes.1 - 1);
-    let per_pixel = (intervals.0 / (2 * pixels.0)).min(intervals.1 / (2 * pixels.1)).max(1);
+    let per_pixel = (4 * intervals.0 / (5 * pixels.0)).min(4 * intervals.1 / (5 * pixels.1)).max(1);
     let per_pixel = per_pixel.max(LEAST_QUADS.div_ceil(pixels.0.min(pixels.1)));
     let axis = |pixels: usize, intervals: usize| {
         // Up to 1.5 pixels for a node the alignment is worth more than the match of the grids.
@@ -112,7 +112,7 @@ impl Solver for Warping {
         let weight = AreaWeight::Balanced(1.0);
         let mut run = Run { solver: NAME, bench, weight, progress, summary: Summary::default() };
         let dark = wanted.min_max().0 < 0.1;
-        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 80 });
+        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 60 });
         let coarse = |q: (usize, usize)| q.0.max(q.1) <= COARSE_QUADS;
         let mesh = run.pyramid(&wanted, |q| if coarse(q) { self.options.coarse_iterations } else { fine })?;
         let heights = Field::filled(quads.0 + 1, quads.1 + 1, 0.0);
@@ -124,15 +124,14 @@ impl Solver for Warping {
         let (mut surface, mut missed) = state.surface(bench, nodes)?;
         let mut best_mesh = None;
         if self.options.closed_loop_rounds > 0 {
-            let drawn = |surface: &HeightField| Drawn::by(surface, bench, target);
-            let mut best = drawn(&surface);
+            let mut best = Drawn::by(&surface, &state.mesh, bench, target);
             let (mut aim, mut latest) = (wanted, best.clone());
             for round in 1..=self.options.closed_loop_rounds {
                 aim = latest.corrected(&aim, target);
                 let stage = format!("closed loop {round}");
                 state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
                 let (next, next_missed) = state.surface(bench, nodes)?;
-                latest = drawn(&next);
+                latest = Drawn::by(&next, &state.mesh, bench, target);
                 if latest.error < best.error {
                     (surface, missed, best) = (next, next_missed, latest.clone());
                     best_mesh = Some(state.mesh.clone());
@@ -180,38 +179,36 @@ impl State {
 /// What a surface draws on the pixels of the target.
 #[derive(Clone)]
 struct Drawn {
+    /// Not a number where it is unknown.
     irradiance: Field<f64>,
-    /// Relative RMS difference from the target.
+    /// Relative RMS difference from the target, where unknown pixels count as dark.
     error: f64,
 }
 
-/// Beams for each height node and for each pixel along an axis, whichever is more.
-const BEAMS_PER_NODE: usize = 2;
-const BEAMS_PER_PIXEL: usize = 4;
 /// A correction of the target at most by this factor in one round.
 const GREATEST_CORRECTION: f64 = 2.0;
 
 impl Drawn {
-    fn by(surface: &HeightField, bench: &Bench, target: &TargetIrradiance) -> Self {
-        let (wanted, nodes) = (target.cells(), surface.heights_mm());
-        let beams = |nodes: usize, pixels: usize| (BEAMS_PER_NODE * (nodes - 1)).max(BEAMS_PER_PIXEL * pixels);
-        let beams = (beams(nodes.nx(), wanted.nx()), beams(nodes.ny(), wanted.ny()));
-        let spline = SurfaceSpline::through(surface);
+    fn by(surface: &HeightField, mesh: &WarpMesh, bench: &Bench, target: &TargetIrradiance) -> Self {
+        let wanted = target.cells();
         let cells = (wanted.nx(), wanted.ny());
-        let irradiance = irradiance(&spline, bench, Geometry::Displaced, beams, cells).irradiance;
-        let mean = irradiance.mean();
-        let square = Field::from_fn(cells.0, cells.1, |i, j| (irradiance[(i, j)] / mean - wanted[(i, j)]).powi(2));
+        let irradiance = pullback::irradiance(&SurfaceSpline::through(surface), mesh, bench, cells);
+        let square = Field::from_fn(cells.0, cells.1, |i, j| {
+            let drawn = irradiance[(i, j)];
+            (if drawn.is_nan() { 0.0 } else { drawn } - wanted[(i, j)]).powi(2)
+        });
         Self { error: square.mean().sqrt(), irradiance }
     }
 
-    /// `aim * target / drawn`, on the quads of `aim`.
+    /// `aim * target / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
     fn corrected(&self, aim: &Field<f64>, target: &TargetIrradiance) -> Field<f64> {
         let (mx, my) = (aim.nx(), aim.ny());
         let wanted = area_resample(target.cells(), mx, my);
         let drawn = area_resample(&self.irradiance, mx, my);
         Field::from_fn(mx, my, |i, j| {
             let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
-            aim[(i, j)] * ratio.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
+            let factor = if drawn[(i, j)].is_nan() { 1.0 } else { ratio };
+            aim[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
         })
     }
 }

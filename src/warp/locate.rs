@@ -108,6 +108,8 @@ fn fill_gaps(row: &mut [DVec2]) -> usize {
 
 /// Newton steps of [`refine`] at most; from the piecewise linear start three are usual.
 const NEWTON_STEPS: usize = 12;
+/// A step this short, in quads, was the last.
+const LAST_STEP: f64 = 1e-4;
 
 /// Replaces the piecewise linear inverse by that of the bicubic spline through the vertices.
 ///
@@ -123,7 +125,6 @@ pub(crate) fn refine(places: &mut Places, mesh: &WarpMesh, block: Extent) -> usi
         (mean, SurfaceSpline::through(&HeightField::new(over, field)))
     });
     let size = DVec2::new(mx as f64, my as f64);
-    let tolerance = 1e-11 * block.as_vec().max_element();
     let failed: Vec<usize> = places
         .quads
         .as_mut_slice()
@@ -143,12 +144,13 @@ pub(crate) fn refine(places: &mut Places, mesh: &WarpMesh, block: Extent) -> usi
                     if jacobian.determinant() <= 0.0 {
                         break;
                     }
-                    if residual.abs().max_element() <= tolerance {
+                    let step = jacobian.inverse() * residual;
+                    at = (at + step.clamp_length_max(1.0)).clamp(DVec2::ZERO, size);
+                    // Convergence is quadratic: the next step would be the square of this one.
+                    if step.abs().max_element() <= LAST_STEP {
                         solved = true;
                         break;
                     }
-                    let step = jacobian.inverse() * residual;
-                    at = (at + step.clamp_length_max(1.0)).clamp(DVec2::ZERO, size);
                 }
                 // Another branch, many quads away, is no solution: the surface would tear.
                 if solved && (at - *place).abs().max_element() < 2.0 {

@@ -5,6 +5,7 @@ use crate::{
     grid::{Extent, Field, bilinear_resample},
 };
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// A mesh of quads that tiles the block, deformed; its undeformed partner tiles the receiver window.
 ///
@@ -13,7 +14,7 @@ use glam::DVec2;
 pub struct WarpMesh {
     nx: usize,
     ny: usize,
-    /// All x of `u`, then all y, row by row, mm: the unknowns of the minimisation.
+    /// See [`unknowns`](Self::unknowns).
     pub(crate) coordinates: Vec<f64>,
 }
 
@@ -48,6 +49,11 @@ impl WarpMesh {
         DVec2::new(self.coordinates[k], self.coordinates[self.nx * self.ny + k])
     }
 
+    /// The unknowns of the minimisation: all x, row by row, then all y, mm.
+    pub fn unknowns(&self) -> &[f64] {
+        &self.coordinates
+    }
+
     /// One coordinate (0 for x, 1 for y) of all vertices.
     pub(crate) fn coordinate(&self, axis: usize) -> Field<f64> {
         let n = self.nx * self.ny;
@@ -69,16 +75,21 @@ impl WarpMesh {
 
     /// Areas of all quads, mm².
     pub fn areas_mm2(&self) -> Field<f64> {
-        Field::from_fn(self.nx - 1, self.ny - 1, |i, j| {
-            let [a, b, c, d] = self.quad(i, j);
-            0.5 * (c - a).perp_dot(d - b)
-        })
+        let width = self.nx - 1;
+        let mut areas = vec![0.0; width * (self.ny - 1)];
+        areas.par_chunks_mut(width).enumerate().for_each(|(j, row)| {
+            for (i, area) in row.iter_mut().enumerate() {
+                let [a, b, c, d] = self.quad(i, j);
+                *area = 0.5 * (c - a).perp_dot(d - b);
+            }
+        });
+        Field::from_vec(width, self.ny - 1, areas)
     }
 
     /// Counts inverted and concave quads.
     pub fn folds(&self) -> FoldCount {
-        let mut count = FoldCount::default();
-        for j in 0..self.ny - 1 {
+        let in_row = |j: usize| {
+            let mut count = FoldCount::default();
             for i in 0..self.nx - 1 {
                 let q = self.quad(i, j);
                 if (q[2] - q[0]).perp_dot(q[3] - q[1]) <= 0.0 {
@@ -87,8 +98,12 @@ impl WarpMesh {
                     count.concave += 1;
                 }
             }
-        }
-        count
+            count
+        };
+        (0..self.ny - 1).into_par_iter().map(in_row).reduce(FoldCount::default, |a, b| FoldCount {
+            inverted: a.inverted + b.inverted,
+            concave: a.concave + b.concave,
+        })
     }
 }
 

@@ -17,8 +17,11 @@ mod locate;
 mod mesh;
 mod objective;
 mod paper;
+mod pullback;
 mod relief;
 mod solve;
+#[cfg(test)]
+mod tests;
 
 pub use improved::{Warping, WarpingOptions};
 pub use mesh::{FoldCount, WarpMesh, pyramid};

@@ -44,14 +44,14 @@ pub(crate) fn refused(error: OpticsError) -> SolveError {
 pub(crate) fn check_rays(mesh: &WarpMesh, depth_mm: &Field<f64>, bench: &Bench) -> Result<(), SolveError> {
     let (nx, ny) = mesh.vertices();
     let interface = Interface::of(bench);
-    for j in 0..ny {
-        for i in 0..nx {
+    let first = (0..ny).into_par_iter().find_map_first(|j| {
+        (0..nx).find_map(|i| {
             let u = mesh.vertex(i, j);
             let ray = (receiver_vertex(bench, i, j, nx, ny) - u).extend(depth_mm[(i, j)]);
-            interface.check(ray, u).map_err(refused)?;
-        }
-    }
-    Ok(())
+            interface.check(ray, u).err()
+        })
+    });
+    first.map_or(Ok(()), |error| Err(refused(error)))
 }
 
 /// Heights of the vertices, mm, by least squares over the edges of the mesh, mean 0 over the area of the block.
@@ -78,11 +78,15 @@ pub(crate) fn mesh_heights(mesh: &WarpMesh, bench: &Bench, start: &Field<f64>) -
             0.5 * (slopes[a] + slopes[b]).dot(mesh.vertex(b.0, b.1) - mesh.vertex(a.0, a.1))
         };
         heights = least_squares((nx, ny), DVec2::ONE, |i, j| rise((i, j), (i + 1, j)), |i, j| rise((i, j), (i, j + 1)));
-        let moment = Field::from_fn(nx - 1, ny - 1, |i, j| {
-            let h = |i: usize, j: usize| heights[(i, j)];
-            0.25 * areas[(i, j)] * (h(i, j) + h(i + 1, j) + h(i, j + 1) + h(i + 1, j + 1))
-        });
-        let mean = moment.mean() / areas.mean();
+        let moments: Vec<f64> = (0..ny - 1)
+            .into_par_iter()
+            .map(|j| {
+                let (low, high) = (heights.row(j), heights.row(j + 1));
+                let moment = |(i, area): (usize, &f64)| 0.25 * area * (low[i] + low[i + 1] + high[i] + high[i + 1]);
+                areas.row(j).iter().enumerate().map(moment).sum()
+            })
+            .collect();
+        let mean = moments.iter().sum::<f64>() / bench.block().area_mm2();
         heights.as_mut_slice().iter_mut().for_each(|h| *h -= mean);
         check_rise(&heights, bench)?;
     }

@@ -113,12 +113,12 @@ impl Run<'_> {
         let warnings = &mut self.summary.warnings;
         if folds.inverted + folds.concave > 0 {
             warnings.push(format!(
-                "of {quads} quads {} are inverted and {} concave: the picture is wrong there; raise the offset",
+                "of {quads} quads {} are inverted and {} concave: the light folds there; a higher offset avoids it",
                 folds.inverted, folds.concave
             ));
         }
         if missed > 0 {
-            warnings.push(format!("{missed} height nodes have no unique place in the warp: raise the offset"));
+            warnings.push(format!("{missed} height nodes have no unique place in the warp and took that of a neighbour: a higher offset avoids it"));
         }
         let unfinished = |level: &&Level| level.stage == "pyramid" && level.termination == Termination::IterationLimit;
         if let Some(level) = self.summary.levels.iter().filter(unfinished).min_by_key(|level| level.nx) {

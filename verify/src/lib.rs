@@ -1,1 +1,42 @@
 //! Traces light through an exported block of glass and judges the picture it draws.
+//!
+//! ```text
+//! file -> Mesh -> Block (or any solid) -> Tracer on a Scene -> beams, photons -> Image -> Metrics
+//! ```
+//!
+//! The verifier knows nothing of what made a file. It opens it as a stranger would and measures.
+//!
+//! # Frame
+//!
+//! Millimetres; light travels `+z`; the entry face is planar at the least z; the exit face is `z = h(x, y)` with its mean at 0;
+//! the receiver is the plane `z = distance`. The picture is seen on the receiver from the block's side: its left is `+x`, its
+//! top is `+y`, and images here are in the order of pictures, row 0 on top.
+//!
+//! # Guarantees
+//!
+//! - No ray is lost between two triangles, at an edge or at a vertex of a sound solid.
+//! - Power is booked in integers: it adds up to what was sent out, and every result is the same for any number of threads.
+//! - Hit points, normals, refraction and landing points are computed in f64; f32 only proposes candidate triangles.
+
+mod accel;
+mod beams;
+mod block;
+mod film;
+pub mod load;
+mod mesh;
+pub mod metrics;
+mod optics;
+mod photons;
+pub mod picture;
+mod scene;
+pub mod solid;
+mod spline;
+mod trace;
+
+pub use beams::{Beams, beams};
+pub use block::{Block, BlockError};
+pub use film::{Flux, Image};
+pub use mesh::{CornerNormals, Mesh};
+pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, photons};
+pub use scene::{Fresnel, Geometry, Scene, SceneError, Surface, Window};
+pub use trace::{End, Path, Tracer};

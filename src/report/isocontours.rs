@@ -1,0 +1,282 @@
+//! Lines of equal height with their heights in mm (figures 12 to 14 of the paper, part c).
+
+use super::{
+    ink::{Lettering, blend, text_width, write},
+    sheet::sheet,
+};
+use crate::{
+    grid::Field,
+    surface::{HeightField, SurfaceSpline},
+    target::to_picture_order,
+};
+use glam::DVec2;
+use image::{GrayImage, Luma};
+use rayon::prelude::*;
+
+/// Greatest number of height intervals between the lowest and the highest point.
+const MOST_INTERVALS: f64 = 18.0;
+/// Every so many lines one is thicker.
+const INDEX: i64 = 5;
+/// Half widths of an ordinary line and of a thicker one, pixels.
+const HALF_WIDTHS: [f64; 2] = [0.55, 1.0];
+/// Greys of the lowest and of the highest place between the lines: just enough to tell hills from hollows.
+const TINT: [f64; 2] = [214.0, 255.0];
+const LINE_GREY: u8 = 40;
+/// Height of a figure, pixels.
+const TEXT_PX: f64 = 12.0;
+/// Least distance of labels of one line and of any two labels, pixels.
+const LABELS_APART_PX: [f64; 2] = [330.0, 85.0];
+/// How far a line may stray from the straight under its label, pixels.
+const BEND_PX: f64 = 3.0;
+
+/// The step between lines of equal height, mm: 1, 2 or 5 times a power of ten. `None` for a plane.
+pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
+    let least = surface.relief_mm() / MOST_INTERVALS;
+    // Below a nanometre there is nothing but rounding.
+    if least.is_nan() || least <= 1e-6 {
+        return None;
+    }
+    let decade = 10_f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0, 10.0].map(|step| step * decade).into_iter().find(|step| *step >= least)
+}
+
+/// The lines of equal height of an exit face, labelled in mm, on a sheet with a caption. The drawing's longer side has
+/// `longest_px` pixels (at least 64). It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
+/// block is thicker.
+pub fn isocontours(surface: &HeightField, longest_px: u32) -> GrayImage {
+    let size = surface.extent();
+    let interval = contour_interval_mm(surface);
+    let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
+    let relief = format!("relief {:.*} mm", decimals(interval.unwrap_or(1.0)) + 1, surface.relief_mm());
+    let caption =
+        format!("height in mm, {steps}, {relief}, block {} × {} mm", rounded(size.width_mm), rounded(size.height_mm));
+    sheet(&[(caption, drawing(surface, interval, longest_px))])
+}
+
+/// Decimals of the multiples of a round step.
+fn decimals(interval: f64) -> usize {
+    (-(interval.log10() + 1e-9).floor()).max(0.0) as usize
+}
+
+/// A length without the digits that only rounding errors fill.
+fn rounded(mm: f64) -> f64 {
+    (mm * 1e6).round() / 1e6
+}
+
+fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> GrayImage {
+    let size = surface.extent().as_vec();
+    let longest = f64::from(longest_px.max(64));
+    let [width, height] = (size / size.max_element() * longest).round().max(DVec2::splat(2.0)).to_array();
+    let relief = Relief::sample(surface, width as usize, height as usize);
+    let (low, high) = surface.heights_mm().min_max();
+    let mut image = GrayImage::from_pixel(width as u32, height as u32, Luma([TINT[1] as u8]));
+    if let Some(interval) = interval {
+        for (i, j, pixel) in image.enumerate_pixels_mut() {
+            let [z, ..] = relief.at(i as usize, j as usize);
+            let grey = TINT[0] + (TINT[1] - TINT[0]) * ((z - low) / (high - low)).clamp(0.0, 1.0);
+            *pixel = Luma([grey.round() as u8]);
+        }
+        draw_lines(&mut image, &relief, interval);
+        draw_labels(&mut image, &relief, interval);
+    }
+    image
+}
+
+/// Height, mm, and its gradient, mm per pixel, at every pixel.
+struct Relief(Field<[f64; 3]>);
+
+impl Relief {
+    fn sample(surface: &HeightField, width: usize, height: usize) -> Self {
+        let spline = SurfaceSpline::through(surface);
+        let lattice = spline.lattice(width, height);
+        // From +x and +y to right and down.
+        let pixel = -surface.extent().node_spacing(width, height);
+        let mut data = vec![[0.0; 3]; width * height];
+        data.par_chunks_mut(width).enumerate().for_each_init(Vec::new, |scratch, (j, row)| {
+            lattice.row(j, scratch, |i, z, slope| row[i] = [z, slope.x * pixel.x, slope.y * pixel.y]);
+        });
+        Self(to_picture_order(&Field::from_vec(width, height, data)))
+    }
+
+    fn at(&self, i: usize, j: usize) -> [f64; 3] {
+        self.0[(i, j)]
+    }
+
+    /// Height and gradient at the nearest pixel; `None` outside.
+    fn near(&self, at: DVec2) -> Option<(f64, DVec2)> {
+        let inside = |v: f64, n: usize| (v > -0.5 && v < n as f64 - 0.5).then(|| v.round().max(0.0) as usize);
+        let (i, j) = (inside(at.x, self.0.nx())?, inside(at.y, self.0.ny())?);
+        let [z, p, q] = self.at(i, j);
+        // To first order, from the middle of the pixel to the point.
+        let gradient = DVec2::new(p, q);
+        Some((z + gradient.dot(at - DVec2::new(i as f64, j as f64)), gradient))
+    }
+}
+
+/// The number of the line nearest in height, and the distance to it in pixels, to first order.
+fn nearest_line(z: f64, gradient: DVec2, interval: f64) -> (i64, f64) {
+    let line = (z / interval).round();
+    (line as i64, (z - line * interval).abs() / gradient.length())
+}
+
+fn draw_lines(image: &mut GrayImage, relief: &Relief, interval: f64) {
+    for j in 0..relief.0.ny() {
+        for i in 0..relief.0.nx() {
+            let [z, p, q] = relief.at(i, j);
+            let (line, distance) = nearest_line(z, DVec2::new(p, q), interval);
+            // A plateau exactly at a line's height has no distance: there is no line to draw.
+            if distance.is_finite() {
+                let half_width = HALF_WIDTHS[usize::from(line % INDEX == 0)];
+                blend(image, i as u32, j as u32, half_width - distance, LINE_GREY);
+            }
+        }
+    }
+}
+
+/// A place where a label would lie well.
+struct Place {
+    line: i64,
+    at: DVec2,
+    angle: f64,
+    merit: f64,
+}
+
+fn draw_labels(image: &mut GrayImage, relief: &Relief, interval: f64) {
+    let decimals = decimals(interval);
+    let label = |line: i64| format!("{:.decimals$}", line as f64 * interval + 0.0);
+    let mut places = places(relief, interval, &label);
+    places.sort_by(|a, b| b.merit.total_cmp(&a.merit));
+    let mut taken: Vec<&Place> = Vec::new();
+    let free = |taken: &[&Place], place: &Place| {
+        taken.iter().all(|other| {
+            let apart = LABELS_APART_PX[usize::from(other.line != place.line)];
+            other.at.distance(place.at) >= apart
+        })
+    };
+    // First one label for every line, the shortest lines choosing first; then as many as there is room for.
+    let mut lines: Vec<(usize, i64)> = Vec::new();
+    for place in &places {
+        match lines.iter_mut().find(|(_, line)| *line == place.line) {
+            Some((count, _)) => *count += 1,
+            None => lines.push((1, place.line)),
+        }
+    }
+    lines.sort_unstable();
+    for (_, line) in lines {
+        taken.extend(places.iter().find(|place| place.line == line && free(&taken, place)));
+    }
+    for place in &places {
+        if free(&taken, place) {
+            taken.push(place);
+        }
+    }
+    let ink = Lettering { height: TEXT_PX, grey: 0, halo: 2.5 };
+    for place in taken {
+        write(image, place.at, place.angle, &label(place.line), ink);
+    }
+}
+
+fn places(relief: &Relief, interval: f64, label: &dyn Fn(i64) -> String) -> Vec<Place> {
+    const STRIDE: usize = 3;
+    let size = DVec2::new(relief.0.nx() as f64 - 1.0, relief.0.ny() as f64 - 1.0);
+    let mut places = Vec::new();
+    for j in (0..relief.0.ny()).step_by(STRIDE) {
+        for i in (0..relief.0.nx()).step_by(STRIDE) {
+            let [z, p, q] = relief.at(i, j);
+            let gradient = DVec2::new(p, q);
+            let (line, distance) = nearest_line(z, gradient, interval);
+            // On a line to within the stride, and its neighbours leave room for the text.
+            let room = interval / gradient.length() / TEXT_PX;
+            if distance.is_nan() || distance > 0.5 * STRIDE as f64 || room < 0.9 {
+                continue;
+            }
+            let level = line as f64 * interval;
+            let at = DVec2::new(i as f64, j as f64) - gradient * ((z - level) / gradient.length_squared());
+            let half_length = 0.5 * text_width(&label(line), TEXT_PX) + 3.0;
+            let margin = DVec2::splat(half_length + 4.0);
+            if at.cmplt(margin).any() || at.cmpgt(size - margin).any() {
+                continue;
+            }
+            let tangent = gradient.perp().normalize();
+            let tangent = if tangent.x < 0.0 { -tangent } else { tangent };
+            let stray = [-1.0, -0.5, 0.5, 1.0].map(|t| {
+                let there = relief.near(at + t * half_length * tangent);
+                there.map_or(f64::INFINITY, |(z, gradient)| (z - level).abs() / gradient.length())
+            });
+            let bend = stray.into_iter().fold(0.0, f64::max);
+            if bend <= BEND_PX {
+                // Level text reads best.
+                let merit = room.min(2.5) - bend / BEND_PX - tangent.y.abs();
+                places.push(Place { line, at, angle: tangent.to_angle(), merit });
+            }
+        }
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        grid::Extent,
+        report::sheet::{CAPTION, MARGIN},
+    };
+
+    fn surface(nx: usize, ny: usize, extent: Extent, h: impl Fn(DVec2) -> f64) -> HeightField {
+        HeightField::new(extent, Field::from_fn(nx, ny, |i, j| h(extent.node(i, j, nx, ny))))
+    }
+
+    #[test]
+    fn intervals_are_round_and_few() {
+        for relief in [0.003, 0.14, 1.0, 1.5, 6.9, 7.1, 80.0] {
+            let tilted = surface(5, 5, Extent::new(100.0, 100.0), |at| relief * at.x / 100.0);
+            let interval = contour_interval_mm(&tilted).unwrap();
+            let lines = relief / interval;
+            assert!((7.0..=18.01).contains(&lines), "{relief} mm in steps of {interval} mm");
+            let mantissa = interval / 10_f64.powf((interval.log10() + 1e-9).floor());
+            assert!([1.0, 2.0, 5.0].iter().any(|m| (mantissa - m).abs() < 1e-9), "{interval}");
+        }
+        assert_eq!(contour_interval_mm(&surface(5, 5, Extent::new(9.0, 9.0), |_| 1.0)), None);
+    }
+
+    #[test]
+    fn lines_lie_where_the_height_is_a_whole_number_of_intervals() {
+        // The lines of a paraboloid are circles of known radius.
+        let extent = Extent::new(100.0, 100.0);
+        let bowl = surface(33, 33, extent, |at| 0.002 * at.length_squared());
+        let shift = bowl.heights_mm()[(16, 16)];
+        let interval = contour_interval_mm(&bowl).unwrap();
+        let relief = Relief::sample(&bowl, 501, 501);
+        let mut image = GrayImage::from_pixel(501, 501, Luma([255]));
+        draw_lines(&mut image, &relief, interval);
+        let mut dark = 0;
+        for (i, j, pixel) in image.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[0] < 128) {
+            let at = (DVec2::new(f64::from(i), f64::from(j)) - 250.0) * 0.2;
+            let z = 0.002 * at.length_squared() + shift;
+            let off = (z / interval - (z / interval).round()).abs() * interval;
+            let pixels_off = off / (0.004 * at.length()) / 0.2;
+            assert!(pixels_off < 1.2 || at.length() < 1.0, "a line at ({i}, {j}), {pixels_off} pixels off: {pixel:?}");
+            dark += 1;
+        }
+        assert!(dark > 5000, "{dark} dark pixels");
+    }
+
+    #[test]
+    fn the_drawing_lies_like_the_picture_on_the_wall() {
+        let tilted = surface(9, 9, Extent::new(100.0, 50.0), |at| 0.01 * at.x + 0.01 * at.y);
+        let relief = Relief::sample(&tilted, 101, 51);
+        let [top_left, ..] = relief.at(0, 0);
+        assert!((top_left - 0.75).abs() < 1e-12, "top left is at greatest x and y");
+        let [_, p, q] = relief.at(50, 25);
+        assert!((p + 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it falls to the right and downwards");
+        assert_eq!(drawing(&tilted, Some(0.1), 400).dimensions(), (400, 200));
+    }
+
+    #[test]
+    fn planes_and_slivers_are_drawn_too() {
+        let plane = surface(5, 5, Extent::new(100.0, 100.0), |_| 1.0);
+        assert!(drawing(&plane, contour_interval_mm(&plane), 100).pixels().all(|p| p.0[0] == 255));
+        let sliver = surface(500, 4, Extent::new(1000.0, 1.0), |at| (0.01 * at.x).sin());
+        assert_eq!(isocontours(&sliver, 800).dimensions(), (800 + 2 * MARGIN, 2 + MARGIN + CAPTION));
+    }
+}

@@ -1,0 +1,41 @@
+//! What a design looks like: lines of equal height, the light on the wall, and how far it is from the target.
+
+mod ink;
+mod isocontours;
+mod pictures;
+mod sheet;
+
+pub use isocontours::{contour_interval_mm, isocontours};
+pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
+
+use crate::export::{WriteError, write_atomically};
+use image::{GrayImage, ImageError, codecs::png::PngEncoder};
+use std::{io, path::Path};
+
+/// Writes a picture as PNG. The file appears whole or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_png(path: &Path, picture: &GrayImage) -> Result<(), WriteError> {
+    write_atomically(path, |writer| {
+        picture.write_with_encoder(PngEncoder::new(writer)).map_err(|error| match error {
+            ImageError::IoError(error) => error,
+            other => io::Error::other(other),
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_written_picture_reads_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ramp.png");
+        let ramp = GrayImage::from_fn(256, 3, |i, j| image::Luma([(i + j) as u8]));
+        write_png(&path, &ramp).unwrap();
+        assert_eq!(image::open(&path).unwrap().into_luma8(), ramp);
+        assert!(matches!(write_png(&folder.path().join("no/ramp.png"), &ramp), Err(WriteError::NoFolder { .. })));
+    }
+}

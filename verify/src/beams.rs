@@ -1,0 +1,92 @@
+//! Noise-free irradiance: a regular lattice of rays, and the light between them spread over the receiver.
+
+use crate::{
+    film::{Film, Flux, Image, Tally, UNIT},
+    trace::{End, Path, Tracer},
+};
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// What beam tracing found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Beams {
+    /// Irradiance; 1 is the light of the aperture spread evenly over the window.
+    pub image: Image,
+    /// Where the light went.
+    pub flux: Flux,
+    /// Number of beams.
+    pub beams: u64,
+}
+
+/// Rows of beams traced by one task: it traces one row of rays more than that.
+const ROWS: usize = 32;
+
+/// Cuts the light of the aperture into `nx * ny` equal beams, traces their corners, and spreads every beam's power over the
+/// area between its four landing points (section 2.1 of the paper, with the power shared by area).
+///
+/// A beam whose corners went different ways is booked corner by corner. On a smooth surface the error falls with the square
+/// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4
+/// beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The result
+/// is the same, bit by bit, for any number of threads.
+///
+/// # Panics
+/// If there is no beam, or more than 2^30.
+pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
+    assert!((1..=1usize << 30).contains(&nx.saturating_mul(ny)), "{nx} x {ny} beams");
+    let (lower, upper) = tracer.aperture_mm();
+    // The ends are exact, so that the outermost rays still meet the border of the face.
+    let along = |lo: f64, hi: f64, k: usize, n: usize| {
+        let u = k as f64 / n as f64;
+        lo * (1.0 - u) + hi * u
+    };
+    let film = Film::new(&tracer.scene().window);
+    let tally = (0..ny.div_ceil(ROWS))
+        .into_par_iter()
+        .map(|band| {
+            let trace_row = |row: &mut Vec<Path>, j: usize| {
+                let y = along(lower.y, upper.y, j, ny);
+                row.clear();
+                row.extend((0..=nx).map(|i| tracer.path(DVec2::new(along(lower.x, upper.x, i, nx), y))));
+            };
+            let (mut below, mut above) = (Vec::with_capacity(nx + 1), Vec::with_capacity(nx + 1));
+            let mut tally = Tally::default();
+            trace_row(&mut below, band * ROWS);
+            for j in band * ROWS..ny.min((band + 1) * ROWS) {
+                trace_row(&mut above, j + 1);
+                for i in 0..nx {
+                    book(&film, [below[i], below[i + 1], above[i + 1], above[i]], &mut tally);
+                }
+                std::mem::swap(&mut below, &mut above);
+            }
+            tally
+        })
+        .reduce(Tally::default, Tally::plus);
+    let beams = (nx * ny) as u64;
+    Beams { image: film.develop(beams), flux: tally.flux(beams), beams }
+}
+
+/// Books one beam.
+#[inline]
+fn book(film: &Film, paths: [Path; 4], tally: &mut Tally) {
+    let mut landings = [DVec2::ZERO; 4];
+    let mut together = true;
+    let mut power = 0.0;
+    for (landing, path) in landings.iter_mut().zip(&paths) {
+        power += 0.25 * path.transmittance;
+        match path.end {
+            End::Receiver(at) if path.signature == paths[0].signature => *landing = at,
+            _ => together = false,
+        }
+    }
+    if together {
+        let units = ((power * UNIT as f64) as u64).min(UNIT);
+        film.splat(landings, units, tally);
+        tally.reflected += u128::from(UNIT - units);
+    } else {
+        for path in paths {
+            let units = ((0.25 * path.transmittance * UNIT as f64) as u64).min(UNIT / 4);
+            film.record(path.end, units, tally);
+            tally.reflected += u128::from(UNIT / 4 - units);
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! Recognising a block: a planar entry face, an exit face over a regular grid, side walls.
+
+use crate::{mesh::Mesh, solid};
+use glam::{DVec2, DVec3};
+
+/// A block of glass whose exit face is a height field on a regular grid of vertices.
+#[derive(Clone, Debug)]
+pub struct Block {
+    pub(crate) lower: DVec2,
+    pub(crate) upper: DVec2,
+    pub(crate) entry_z: f64,
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+    /// Places of the grid lines, mm.
+    xs: Vec<f64>,
+    ys: Vec<f64>,
+    /// Heights at the nodes, mm, row-major, rows along +y.
+    pub(crate) heights: Vec<f64>,
+    /// How every cell is cut into two triangles.
+    pub(crate) diagonals: Vec<Diagonal>,
+    /// Normals at the nodes as the file gives them.
+    pub(crate) normals: Option<Vec<DVec3>>,
+}
+
+/// The diagonal along which a cell of the grid is cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Diagonal {
+    /// From the corner of least x and y to that of greatest x and y.
+    Rising,
+    /// The other one.
+    Falling,
+}
+
+/// Why a mesh is not such a block.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BlockError {
+    /// The surface is not closed, not oriented, or not sound in another way.
+    #[error("the solid is not sound: {0}")]
+    Unsound(solid::Report),
+    /// There is nothing to stand on.
+    #[error(
+        "no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2"
+    )]
+    EntryFace {
+        /// Triangles in the lowest plane.
+        triangles: usize,
+        /// The lowest plane, mm.
+        z_mm: f64,
+        /// Area of those triangles, mm².
+        area_mm2: f64,
+        /// Area of the block's outline, mm².
+        needed_mm2: f64,
+    },
+    /// The vertices of the exit face are no regular grid.
+    #[error("the vertices of the exit face are no regular grid: {why}")]
+    Grid {
+        /// What does not fit.
+        why: String,
+    },
+    /// A triangle of the exit face is not half a cell of the grid.
+    #[error("triangle {triangle} of the exit face is not half a cell of the grid")]
+    Cell {
+        /// Its index.
+        triangle: usize,
+    },
+}
+
+/// Relative tolerance for "in the entry plane": f32 in metres, far from the origin, still passes.
+const PLANE_TOLERANCE: f64 = 1e-5;
+/// Nodes may miss the regular grid by this part of the spacing: f32 rounding takes up to 1e-3 on a fine grid, and text with few
+/// digits a little more.
+const GRID_TOLERANCE: f64 = 0.02;
+
+impl Block {
+    /// Recognises a block in a mesh.
+    ///
+    /// # Errors
+    /// A mesh that is not closed and oriented with a positive volume, or is another solid than a block: see
+    /// [`BlockError`]. Any sound solid can still be traced as such.
+    pub fn from_mesh(mesh: &Mesh) -> Result<Self, BlockError> {
+        let report = solid::check(mesh);
+        if !report.is_sound() {
+            return Err(BlockError::Unsound(report));
+        }
+        let (lo, hi) = mesh.bounds();
+        let size = hi - lo;
+        let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
+        let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
+        entry_face(mesh, in_entry, lo, size)?;
+
+        let exit: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
+        let (nx, ny) =
+            (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
+        if nx.checked_mul(ny) != Some(exit.len()) {
+            return Err(BlockError::Grid {
+                why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
+            });
+        }
+        let mut node_of = vec![u32::MAX; mesh.vertices.len()];
+        let mut vertex_at = vec![u32::MAX; exit.len()];
+        for &v in &exit {
+            let p = mesh.vertices[v as usize];
+            let i = ((p.x - lo.x) / size.x * (nx - 1) as f64).round() as usize;
+            let j = ((p.y - lo.y) / size.y * (ny - 1) as f64).round() as usize;
+            let node = j * nx + i;
+            if vertex_at[node] != u32::MAX {
+                return Err(BlockError::Grid { why: format!("two vertices stand at column {i}, row {j}") });
+            }
+            vertex_at[node] = v;
+            node_of[v as usize] = node as u32;
+        }
+        let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
+        let (diagonals, normals) = cells(mesh, &node_of, nx, ny)?;
+        let places = |n: usize, lo: f64, hi: f64| {
+            let place = |k: usize| k as f64 / (n - 1) as f64;
+            (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+        };
+        Ok(Self {
+            lower: lo.truncate(),
+            upper: hi.truncate(),
+            entry_z: lo.z,
+            nx,
+            ny,
+            xs: places(nx, lo.x, hi.x),
+            ys: places(ny, lo.y, hi.y),
+            heights,
+            diagonals,
+            normals,
+        })
+    }
+
+    /// Nodes of the exit face along x and y.
+    pub fn nodes(&self) -> (usize, usize) {
+        (self.nx, self.ny)
+    }
+
+    /// Size along x and y, mm.
+    pub fn size_mm(&self) -> DVec2 {
+        self.upper - self.lower
+    }
+
+    /// Position of the entry face, mm.
+    pub fn entry_z_mm(&self) -> f64 {
+        self.entry_z
+    }
+
+    /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
+    pub fn heights_mm(&self) -> &[f64] {
+        &self.heights
+    }
+
+    /// Mean of the node heights, mm: 0 in a file that keeps to the frame.
+    pub fn mean_exit_z_mm(&self) -> f64 {
+        self.heights.chunks(self.nx).map(|row| row.iter().sum::<f64>()).sum::<f64>() / self.heights.len() as f64
+    }
+
+    /// Least and greatest node height, mm.
+    pub fn height_range_mm(&self) -> (f64, f64) {
+        self.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &z| (lo.min(z), hi.max(z)))
+    }
+
+    /// Glass between the entry face and the lowest point of the exit face, mm.
+    pub fn min_thickness_mm(&self) -> f64 {
+        self.height_range_mm().0 - self.entry_z
+    }
+
+    /// Whether the file gives normals at the nodes of the exit face.
+    pub fn has_normals(&self) -> bool {
+        self.normals.is_some()
+    }
+
+    /// Position of node `(i, j)`, mm. The ends are exact.
+    #[inline]
+    pub(crate) fn node(&self, i: usize, j: usize) -> DVec3 {
+        DVec3::new(self.xs[i], self.ys[j], self.heights[j * self.nx + i])
+    }
+}
+
+/// Demands that the lowest plane is covered by a face as large as the outline of the block.
+fn entry_face(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3, size: DVec3) -> Result<(), BlockError> {
+    let (mut triangles, mut area_mm2) = (0, 0.0);
+    for (k, triangle) in mesh.triangles.iter().enumerate() {
+        if triangle.iter().all(|&v| in_entry(v)) {
+            let [a, b, c] = mesh.corners(k);
+            triangles += 1;
+            area_mm2 -= 0.5 * (b - a).cross(c - a).z;
+        }
+    }
+    let needed_mm2 = size.x * size.y;
+    // Not an f32 tolerance but a question of shape: a disc has 0.785 of its outline.
+    if (area_mm2 - needed_mm2).abs() > 1e-4 * needed_mm2 {
+        return Err(BlockError::EntryFace { triangles, z_mm: lo.z, area_mm2, needed_mm2 });
+    }
+    Ok(())
+}
+
+/// Counts the grid lines along one axis and demands that they are equidistant.
+fn lines(
+    mesh: &Mesh,
+    exit: &[u32],
+    lower: f64,
+    size: f64,
+    coordinate: impl Fn(DVec3) -> f64,
+    name: &str,
+) -> Result<usize, BlockError> {
+    let mut at: Vec<f64> = exit.iter().map(|&v| (coordinate(mesh.vertices[v as usize]) - lower) / size).collect();
+    at.sort_unstable_by(f64::total_cmp);
+    // Within a line coordinates differ by rounding only. The gap separates up to 50 000 lines from f32 noise.
+    at.dedup_by(|b, a| *b - *a < 1e-5);
+    let count = at.len();
+    if count < crate::spline::Bicubic::LEAST_NODES {
+        return Err(BlockError::Grid { why: format!("only {count} lines along {name}; 4 are needed") });
+    }
+    for (k, &position) in at.iter().enumerate() {
+        let off = position * (count - 1) as f64 - k as f64;
+        if off.abs() > GRID_TOLERANCE {
+            return Err(BlockError::Grid {
+                why: format!(
+                    "line {k} of {count} along {name} stands {:.1} % of a spacing from its place",
+                    100.0 * off
+                ),
+            });
+        }
+    }
+    Ok(count)
+}
+
+/// Finds the diagonal of every cell, and the normal at every node if there are any.
+#[allow(clippy::type_complexity)]
+fn cells(
+    mesh: &Mesh,
+    node_of: &[u32],
+    nx: usize,
+    ny: usize,
+) -> Result<(Vec<Diagonal>, Option<Vec<DVec3>>), BlockError> {
+    // For every cell the corner which each triangle leaves out, as a set of bits: one triangle of each cut has both of
+    // two opposite bits.
+    let mut missing = vec![0u8; (nx - 1) * (ny - 1)];
+    let mut normals = mesh.normals.as_ref().map(|_| vec![DVec3::ZERO; nx * ny]);
+    for (k, triangle) in mesh.triangles.iter().enumerate() {
+        let nodes = triangle.map(|v| node_of[v as usize]);
+        if nodes.contains(&u32::MAX) {
+            continue; // Side wall or entry face.
+        }
+        let at = nodes.map(|n| (n as usize % nx, n as usize / nx));
+        let (i, j) = (at.iter().map(|p| p.0).min().unwrap_or(0), at.iter().map(|p| p.1).min().unwrap_or(0));
+        let mut corners = 0u8;
+        for (ni, nj) in at {
+            if ni > i + 1 || nj > j + 1 {
+                return Err(BlockError::Cell { triangle: k });
+            }
+            corners |= 1 << ((ni - i) + 2 * (nj - j));
+        }
+        let left_out = !corners & 0b1111;
+        if left_out.count_ones() != 1 || i + 1 >= nx || j + 1 >= ny || missing[j * (nx - 1) + i] & left_out != 0 {
+            return Err(BlockError::Cell { triangle: k });
+        }
+        missing[j * (nx - 1) + i] |= left_out;
+        if let (Some(normals), Some(of_file)) = (&mut normals, &mesh.normals) {
+            for (corner, &node) in nodes.iter().enumerate() {
+                normals[node as usize] += of_file.directions[of_file.corners[k][corner] as usize];
+            }
+        }
+    }
+    let diagonals = missing
+        .iter()
+        .enumerate()
+        .map(|(cell, &bits)| match bits {
+            // Corner 1 is (+x, 0), corner 2 is (0, +y): leaving these out in turn, the cut joins the other two.
+            0b0110 => Ok(Diagonal::Rising),
+            0b1001 => Ok(Diagonal::Falling),
+            _ => Err(BlockError::Grid {
+                why: format!(
+                    "the cell at column {}, row {} is not covered by two triangles",
+                    cell % (nx - 1),
+                    cell / (nx - 1)
+                ),
+            }),
+        })
+        .collect::<Result<_, _>>()?;
+    let normals = normals.map(|n| n.into_iter().map(DVec3::normalize_or_zero).collect::<Vec<_>>());
+    // A file whose normals cancel or point down has none that can be used.
+    let normals = normals.filter(|n| n.iter().all(|v| v.z > 0.0));
+    Ok((diagonals, normals))
+}

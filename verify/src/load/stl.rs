@@ -1,0 +1,116 @@
+//! STL, binary and text.
+
+use super::{Assembler, LoadError};
+use crate::mesh::Mesh;
+use glam::DVec3;
+use std::io::Cursor;
+
+const HEADER: usize = 84;
+const RECORD: usize = 50;
+
+/// Parses an STL file of either kind.
+///
+/// A file whose length fits its count is binary, whatever its header says: many programs begin a binary file with "solid".
+pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
+    let promised = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes).map(u64::from);
+    let held = (bytes.len().saturating_sub(HEADER) / RECORD) as u64;
+    let exact = promised.is_some_and(|n| HEADER as u64 + n * RECORD as u64 == bytes.len() as u64);
+    if !exact && bytes.trim_ascii_start().starts_with(b"solid") {
+        return text(bytes);
+    }
+    match promised {
+        Some(promised) if promised <= held => binary(&bytes[HEADER..], promised as usize),
+        Some(promised) => Err(LoadError::Truncated { promised, held }),
+        None => Err(LoadError::Malformed {
+            format: "STL",
+            reason: format!("{} bytes are too few for a header", bytes.len()),
+        }),
+    }
+}
+
+fn binary(records: &[u8], count: usize) -> Result<Mesh, LoadError> {
+    let mut assembler = Assembler::new(count);
+    for record in records.chunks_exact(RECORD).take(count) {
+        // The facet normal in the first 12 bytes is redundant, and often wrong.
+        let coordinate =
+            |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
+        let corner = |k: usize| DVec3::new(coordinate(12 * k), coordinate(12 * k + 4), coordinate(12 * k + 8));
+        assembler.triangle([corner(1), corner(2), corner(3)])?;
+    }
+    assembler.finish(Vec::new())
+}
+
+fn text(bytes: &[u8]) -> Result<Mesh, LoadError> {
+    let malformed = |error: std::io::Error| LoadError::Malformed { format: "STL", reason: error.to_string() };
+    // The reader insists on a name after "solid"; the name itself does not matter.
+    let body = bytes.iter().position(|&b| b == b'\n').map_or(&bytes[bytes.len()..], |end| &bytes[end + 1..]);
+    let mut reader = Cursor::new([b"solid block\n", body].concat());
+    let triangles = stl_io::create_stl_reader(&mut reader).map_err(malformed)?;
+    let mut assembler = Assembler::new(bytes.len() / 256);
+    for triangle in triangles {
+        let corners = triangle.map_err(malformed)?.vertices;
+        assembler.triangle(corners.map(|v| DVec3::from_array(v.0.map(f64::from))))?;
+    }
+    assembler.finish(Vec::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: [[[f32; 3]; 3]; 4] = {
+        let (o, x, y, z) = ([0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]);
+        [[o, y, x], [o, x, z], [o, z, y], [x, y, z]]
+    };
+
+    fn tetrahedron(header: &[u8]) -> Vec<u8> {
+        let mut bytes = header.to_vec();
+        bytes.resize(80, b' ');
+        bytes.extend(4u32.to_le_bytes());
+        for triangle in TETRAHEDRON {
+            bytes.extend([0; 12]);
+            triangle.iter().flatten().for_each(|c| bytes.extend(c.to_le_bytes()));
+            bytes.extend([0; 2]);
+        }
+        bytes
+    }
+
+    fn tetrahedron_text(name: &str) -> String {
+        let mut text = format!("solid{name}\n");
+        for triangle in TETRAHEDRON {
+            text += " facet normal 0 0 0\n  outer loop\n";
+            triangle.iter().for_each(|[x, y, z]| text += &format!("   vertex {x} {y} {z}\n"));
+            text += "  endloop\n endfacet\n";
+        }
+        text + "endsolid\n"
+    }
+
+    #[test]
+    fn binary_and_text_give_the_same_solid() {
+        let mesh = parse(&tetrahedron(b"unit mm")).unwrap();
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (4, 4));
+        assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-15);
+        for other in [tetrahedron(b"solid of a liar"), tetrahedron_text("").into(), tetrahedron_text(" tet").into()] {
+            assert_eq!(parse(&other).unwrap(), mesh);
+        }
+    }
+
+    #[test]
+    fn broken_files_are_named_and_never_trusted() {
+        let good = tetrahedron(b"");
+        assert!(matches!(parse(&good[..150]), Err(LoadError::Truncated { promised: 4, held: 1 })));
+        let mut hostile = good.clone();
+        hostile[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+        assert!(matches!(parse(&hostile), Err(LoadError::Truncated { promised: 4_294_967_295, held: 4 })));
+        let mut infinite = good.clone();
+        infinite[84 + 50 + 12..84 + 50 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert!(matches!(parse(&infinite), Err(LoadError::NotFinite { triangle: 1, vertex: 0 })));
+        assert!(matches!(parse(b""), Err(LoadError::Malformed { .. })));
+        assert!(matches!(parse(b"solid x\nfacet normal 0 0"), Err(LoadError::Malformed { .. })));
+        assert!(matches!(parse(b"solid x\nendsolid x\n"), Err(LoadError::Empty)));
+        let mut none = good;
+        none.truncate(84);
+        none[80..].fill(0);
+        assert!(matches!(parse(&none), Err(LoadError::Empty)));
+    }
+}

@@ -1,0 +1,137 @@
+//! An indexed triangle mesh, as it was read from a file.
+
+use glam::DVec3;
+use std::{collections::hash_map::RandomState, hash::BuildHasher};
+
+/// A triangle mesh in the frame of the block: millimetres, light along `+z`.
+///
+/// Vertices are unique by position, so that neighbouring triangles share indices whatever the file did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Positions, mm.
+    pub vertices: Vec<DVec3>,
+    /// Corners of every triangle, counter-clockwise as seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Normals of the corners, where the file has them.
+    pub normals: Option<CornerNormals>,
+}
+
+/// Normals of the corners of every triangle: a vertex on an edge of the block has one for each face.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CornerNormals {
+    /// Directions, of about unit length.
+    pub directions: Vec<DVec3>,
+    /// For every triangle, the index of each corner's normal.
+    pub corners: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// Positions of the corners of triangle `k`, mm.
+    #[inline]
+    pub fn corners(&self, k: usize) -> [DVec3; 3] {
+        self.triangles[k].map(|v| self.vertices[v as usize])
+    }
+
+    /// Least and greatest corner of the bounding box, mm. Inverted (infinite) without vertices.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        self.vertices.iter().fold(empty, |(lo, hi), &v| (lo.min(v), hi.max(v)))
+    }
+
+    /// Enclosed volume, mm³; negative where the triangles face inwards. Exact to rounding for any closed mesh.
+    pub fn volume_mm3(&self) -> f64 {
+        // About a point of the mesh, so that a block far from the origin loses no digits.
+        let Some(&origin) = self.vertices.first() else { return 0.0 };
+        let sum: f64 = (0..self.triangles.len())
+            .map(|k| {
+                let [a, b, c] = self.corners(k).map(|p| p - origin);
+                a.dot(b.cross(c))
+            })
+            .sum();
+        sum / 6.0
+    }
+}
+
+/// Gives equal positions one index, in the order of their first appearance.
+pub(crate) struct Welder {
+    vertices: Vec<DVec3>,
+    /// Open addressing, capacity a power of two, `EMPTY` or an index into `vertices`.
+    table: Vec<u32>,
+    /// Chosen at random per run, so that no file can be made to collide; the result does not depend on it.
+    key: u64,
+}
+
+const EMPTY: u32 = u32::MAX;
+
+impl Welder {
+    pub(crate) fn with_expected(vertices: usize) -> Self {
+        let capacity = (2 * vertices).next_power_of_two().max(64);
+        Self { vertices: Vec::new(), table: vec![EMPTY; capacity], key: RandomState::new().hash_one(capacity) | 1 }
+    }
+
+    /// The index of this position. `None` once 2³² - 1 positions are known.
+    pub(crate) fn index(&mut self, position: DVec3) -> Option<u32> {
+        // Adding zero turns -0 into +0, which is the same place.
+        let position = position + DVec3::ZERO;
+        if 2 * self.vertices.len() >= self.table.len() {
+            self.grow();
+        }
+        let slot = self.slot(position);
+        if self.table[slot] == EMPTY {
+            let index = u32::try_from(self.vertices.len()).ok().filter(|&i| i != EMPTY)?;
+            self.table[slot] = index;
+            self.vertices.push(position);
+        }
+        Some(self.table[slot])
+    }
+
+    pub(crate) fn into_vertices(self) -> Vec<DVec3> {
+        self.vertices
+    }
+
+    fn slot(&self, position: DVec3) -> usize {
+        let mix = |hash: u64, value: f64| {
+            let h = (hash ^ value.to_bits()).wrapping_mul(self.key).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            h ^ (h >> 29)
+        };
+        let mask = self.table.len() - 1;
+        let mut slot = mix(mix(mix(self.key, position.x), position.y), position.z) as usize & mask;
+        while self.table[slot] != EMPTY && self.vertices[self.table[slot] as usize] != position {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+
+    fn grow(&mut self) {
+        self.table = vec![EMPTY; 2 * self.table.len()];
+        for index in 0..self.vertices.len() {
+            let slot = self.slot(self.vertices[index]);
+            self.table[slot] = index as u32;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn welding_keeps_first_appearance_order_and_merges_signed_zeros() {
+        let mut welder = Welder::with_expected(0);
+        let points: Vec<DVec3> = (0..5000).map(|k| DVec3::new(f64::from(k % 1000), -0.5, 0.25)).collect();
+        let indices: Vec<u32> = points.iter().map(|&p| welder.index(p).unwrap()).collect();
+        assert!((0..5000).all(|k| indices[k] == (k % 1000) as u32));
+        assert_eq!(welder.index(DVec3::new(-0.0, -0.5, 0.25)), Some(0));
+        assert_eq!(welder.into_vertices().len(), 1000);
+    }
+
+    #[test]
+    fn the_volume_of_a_tetrahedron_is_exact_wherever_it_stands() {
+        for shift in [DVec3::ZERO, DVec3::new(300.0, -200.0, 500.0)] {
+            let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|v| v + shift).to_vec();
+            let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+            let mesh = Mesh { vertices, triangles, normals: None };
+            assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-13);
+        }
+    }
+}

@@ -1,0 +1,286 @@
+//! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
+
+use crate::{
+    film::{Film, Flux, Image, Tally, UNIT},
+    trace::Tracer,
+};
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Which photons to trace.
+///
+/// The photons of a run are cut into [`replicates`](Self::replicates), independent stratified samples of the aperture. Each
+/// depends on nothing but the seed and its own number: shard `s` of `S` traces those with number `s` modulo `S`, on any
+/// machine, and merging all shards gives exactly the tally of the whole run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PhotonPlan {
+    /// Photons asked for in the whole run; rounded up to full strata.
+    pub photons: u64,
+    /// Selects the random numbers.
+    pub seed: u64,
+    /// Independent samples, at least 2: the spread between them is the standard error.
+    pub replicates: u32,
+    /// Which part of the run to trace, 0 up to `shards` - 1.
+    pub shard: u32,
+    /// Number of parts.
+    pub shards: u32,
+}
+
+impl PhotonPlan {
+    /// The whole of a run.
+    pub fn new(photons: u64, seed: u64) -> Self {
+        Self { photons, seed, replicates: 32, shard: 0, shards: 1 }
+    }
+}
+
+/// Why photons cannot be traced or tallies not be merged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PhotonError {
+    /// A plan that makes no sense.
+    #[error("{what} is {value}; it must lie between {least} and {greatest}")]
+    Plan {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: u64,
+        /// Least accepted value.
+        least: u64,
+        /// Greatest accepted value.
+        greatest: u64,
+    },
+    /// Parts of different runs.
+    #[error("the tallies belong to different runs: they differ in {0}")]
+    Different(&'static str),
+    /// A part counted twice.
+    #[error("replicate {0} is in both tallies")]
+    Twice(u32),
+}
+
+/// Exact sums of what photons did; the state of a run or of a part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PhotonTally {
+    seed: u64,
+    strata: (u32, u32),
+    pixels: (usize, usize),
+    /// Of the whole run.
+    replicates: u32,
+    /// Numbers of the replicates done, ascending.
+    done: Vec<u32>,
+    fates: Tally,
+    /// Over replicates: sums of every pixel's power, and of its square.
+    sums: Vec<u128>,
+    squares: Vec<u128>,
+}
+
+/// With more of them on one pixel, squares of sums would not fit into 128 bits.
+const MOST_PHOTONS: u64 = 2_000_000_000;
+/// Rows of strata traced by one task.
+const ROWS: u32 = 16;
+
+/// Traces the photons of a plan.
+///
+/// Memory does not depend on the number of photons. The tally is the same, bit by bit, for any number of threads.
+///
+/// # Errors
+/// [`PhotonError::Plan`] for a plan out of range.
+pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, PhotonError> {
+    let within = |what, value: u64, least: u64, greatest: u64| {
+        if (least..=greatest).contains(&value) {
+            Ok(())
+        } else {
+            Err(PhotonError::Plan { what, value, least, greatest })
+        }
+    };
+    within("the number of replicates", plan.replicates.into(), 2, 4096)?;
+    within("the number of shards", plan.shards.into(), 1, plan.replicates.into())?;
+    within("the shard", plan.shard.into(), 0, u64::from(plan.shards) - 1)?;
+    within("the number of photons", plan.photons, 1, MOST_PHOTONS)?;
+
+    let (lower, upper) = tracer.aperture_mm();
+    let size = upper - lower;
+    let each = plan.photons.div_ceil(plan.replicates.into()) as f64;
+    // Strata about as wide as high.
+    let columns = ((each * size.x / size.y).sqrt().ceil().max(1.0) as u32).min(1 << 16);
+    let rows = ((each / f64::from(columns)).ceil().max(1.0) as u32).min(1 << 16);
+    let window = &tracer.scene().window;
+    let pixels = window.nx * window.ny;
+    let mut film = Film::new(window);
+    let mut tally = PhotonTally {
+        seed: plan.seed,
+        strata: (columns, rows),
+        pixels: (window.nx, window.ny),
+        replicates: plan.replicates,
+        done: (0..plan.replicates).filter(|r| r % plan.shards == plan.shard).collect(),
+        fates: Tally::default(),
+        sums: vec![0; pixels],
+        squares: vec![0; pixels],
+    };
+    let stratum = size / DVec2::new(columns.into(), rows.into());
+    for &replicate in &tally.done {
+        let key = mix(plan.seed ^ mix(u64::from(replicate)));
+        let fates = (0..rows.div_ceil(ROWS))
+            .into_par_iter()
+            .map(|band| {
+                let mut fates = Tally::default();
+                for row in band * ROWS..rows.min((band + 1) * ROWS) {
+                    for column in 0..columns {
+                        let jitter = jitter(key, u64::from(row) * u64::from(columns) + u64::from(column));
+                        let start = lower + (DVec2::new(column.into(), row.into()) + jitter) * stratum;
+                        shoot(tracer, &film, start, &mut fates);
+                    }
+                }
+                fates
+            })
+            .reduce(Tally::default, Tally::plus);
+        tally.fates = tally.fates.plus(fates);
+        for ((sum, square), units) in tally.sums.iter_mut().zip(&mut tally.squares).zip(film.take()) {
+            let units = u128::from(units);
+            *sum += units;
+            *square += units * units;
+        }
+    }
+    Ok(tally)
+}
+
+#[inline]
+fn shoot(tracer: &Tracer, film: &Film, start: DVec2, fates: &mut Tally) {
+    let mut left = UNIT;
+    tracer.all_paths(start, |end, power| {
+        let units = ((power * UNIT as f64) as u64).min(left);
+        left -= units;
+        film.record(end, units, fates);
+    });
+    fates.reflected += u128::from(left);
+}
+
+/// The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
+fn mix(mut z: u64) -> u64 {
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Random number `index` of a stream: a point in the unit square. Counter-based, so that any photon can be traced alone.
+#[inline]
+fn jitter(key: u64, index: u64) -> DVec2 {
+    let bits = mix(key.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+    let unit = |bits: u64| (bits & 0xffff_ffff) as f64 * (0.5f64.powi(32)) + 0.5f64.powi(33);
+    DVec2::new(unit(bits), unit(bits >> 32))
+}
+
+/// An estimate against a target, with the noise's own part taken out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoisyError {
+    /// Mean square error without bias: the noise does not add to it, and so it can be negative.
+    pub mean_square: f64,
+    /// Standard error of `mean_square`.
+    pub mean_square_error: f64,
+}
+
+impl NoisyError {
+    /// Relative RMS error; 0 where nothing rises above the noise.
+    pub fn rel_rms(&self) -> f64 {
+        self.mean_square.max(0.0).sqrt()
+    }
+
+    /// Standard error of [`rel_rms`](Self::rel_rms): no error below this may be claimed.
+    pub fn rel_rms_error(&self) -> f64 {
+        // d(sqrt m) = dm / (2 sqrt m), which for m near 0 turns into sqrt(dm).
+        let rms = self.rel_rms();
+        let spread = self.mean_square_error;
+        if rms * rms > spread { 0.5 * spread / rms } else { spread.sqrt() }
+    }
+}
+
+impl PhotonTally {
+    /// Number of photons traced.
+    pub fn photons(&self) -> u64 {
+        self.done.len() as u64 * self.each()
+    }
+
+    /// Whether all replicates of the run are in.
+    pub fn is_complete(&self) -> bool {
+        self.done.len() == self.replicates as usize
+    }
+
+    fn each(&self) -> u64 {
+        u64::from(self.strata.0) * u64::from(self.strata.1)
+    }
+
+    /// Adds another part of the same run.
+    ///
+    /// # Errors
+    /// Parts of different runs, or a replicate that is in both.
+    pub fn merge(mut self, other: &Self) -> Result<Self, PhotonError> {
+        for (same, what) in [
+            (self.seed == other.seed, "the seed"),
+            (self.strata == other.strata, "the number of photons or the shape of the aperture"),
+            (self.pixels == other.pixels, "the number of pixels"),
+            (self.replicates == other.replicates, "the number of replicates"),
+        ] {
+            if !same {
+                return Err(PhotonError::Different(what));
+            }
+        }
+        if let Some(&twice) = other.done.iter().find(|r| self.done.binary_search(r).is_ok()) {
+            return Err(PhotonError::Twice(twice));
+        }
+        self.done.extend(&other.done);
+        self.done.sort_unstable();
+        self.fates = self.fates.plus(other.fates);
+        self.sums.iter_mut().zip(&other.sums).for_each(|(a, b)| *a += b);
+        self.squares.iter_mut().zip(&other.squares).for_each(|(a, b)| *a += b);
+        Ok(self)
+    }
+
+    /// Where the light went.
+    pub fn flux(&self) -> Flux {
+        self.fates.flux(self.photons())
+    }
+
+    /// Irradiance; 1 is the light of the aperture spread evenly over the window.
+    pub fn image(&self) -> Image {
+        let scale = self.sums.len() as f64 / (self.photons() as f64 * UNIT as f64);
+        Image::new(self.pixels.0, self.pixels.1, self.sums.iter().map(|&s| s as f64 * scale).collect())
+    }
+
+    /// Standard error of every pixel of [`image`](Self::image), from the spread between replicates. Infinite with fewer
+    /// than two of them.
+    pub fn standard_error(&self) -> Image {
+        let n = self.done.len() as f64;
+        let scale = self.sums.len() as f64 / (self.each() as f64 * UNIT as f64);
+        let deviation = |(&sum, &square): (&u128, &u128)| {
+            // n * square - sum^2 in integers: no cancellation.
+            let spread = (self.done.len() as u128 * square - sum * sum) as f64;
+            scale * (spread / (n * (n - 1.0)) / n).max(0.0).sqrt()
+        };
+        let values = if n < 2.0 {
+            vec![f64::INFINITY; self.sums.len()]
+        } else {
+            self.sums.iter().zip(&self.squares).map(deviation).collect()
+        };
+        Image::new(self.pixels.0, self.pixels.1, values)
+    }
+
+    /// The error against a target of the same size (any positive scale), both normalised to the mean 1. The variance of
+    /// the photons is subtracted, so that more photons make the estimate sharper but not smaller.
+    ///
+    /// # Errors
+    /// [`PhotonError::Different`] if the sizes differ.
+    pub fn error_against(&self, target: &Image) -> Result<NoisyError, PhotonError> {
+        if (target.nx, target.ny) != self.pixels {
+            return Err(PhotonError::Different("the number of pixels"));
+        }
+        let (image, noise) = (self.image(), self.standard_error());
+        let (image_mean, target_mean) = (image.mean(), target.mean());
+        let (mut sum, mut spread) = (0.0, 0.0);
+        for ((&e, &s), &t) in image.values.iter().zip(&noise.values).zip(&target.values) {
+            let variance = (s / image_mean).powi(2);
+            let square = (e / image_mean - t / target_mean).powi(2) - variance;
+            sum += square;
+            spread += 4.0 * square.max(0.0) * variance + 2.0 * variance * variance;
+        }
+        let n = self.sums.len() as f64;
+        Ok(NoisyError { mean_square: sum / n, mean_square_error: spread.sqrt() / n })
+    }
+}

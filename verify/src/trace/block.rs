@@ -1,0 +1,348 @@
+//! Tracing a block: entry plane, exit face over a regular grid, receiver.
+
+use super::{End, Path};
+use crate::{
+    accel::{Accelerator, Crossing, SearchRay, crossing},
+    block::{Block, Diagonal},
+    optics::{Interface, Refraction, refract},
+    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    spline::Bicubic,
+};
+use glam::{DVec2, DVec3};
+use std::sync::OnceLock;
+
+/// A block with its light inside, its exit face and the search structure over the cells of that face.
+#[derive(Debug)]
+pub(super) struct BlockTracer {
+    block: Block,
+    ior: f64,
+    distance_mm: f64,
+    fresnel: Fresnel,
+    geometry: Geometry,
+    face: Face,
+    /// Direction inside the glass, and what the entry face lets through.
+    inside: DVec3,
+    entry_transmittance: f64,
+    cells_per_mm: DVec2,
+    /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
+    steepest: f64,
+    /// Built when first needed: light along the axis finds its cell without.
+    accelerator: OnceLock<Accelerator>,
+}
+
+#[derive(Debug)]
+enum Face {
+    Spline(Bicubic),
+    /// Normals at the nodes.
+    Smooth(Vec<DVec3>),
+    Facets,
+}
+
+/// A crossing of the triangulated exit face.
+#[derive(Clone, Copy, Debug)]
+struct Hit {
+    crossing: Crossing,
+    cell: u32,
+    /// Which corners of the cell the triangle has.
+    half: Half,
+}
+
+/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
+type Half = [usize; 3];
+
+/// The nodes (column, row) of the corners of a cell, going round.
+#[inline]
+fn corners(i: usize, j: usize) -> [(usize, usize); 4] {
+    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+}
+
+/// The two triangles of a cell.
+#[inline]
+fn halves(diagonal: Diagonal) -> [Half; 2] {
+    match diagonal {
+        Diagonal::Rising => [[0, 1, 2], [0, 2, 3]],
+        Diagonal::Falling => [[0, 1, 3], [1, 2, 3]],
+    }
+}
+
+impl BlockTracer {
+    pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
+        let Interface::Refracted(entered) = refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior) else {
+            return Err(SceneError::Light(scene.light));
+        };
+        let spline = || {
+            let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
+            Bicubic::through(&block.heights, block.nx, block.ny, lo, hi)
+        };
+        let face = match scene.surface {
+            Surface::Spline => Face::Spline(spline()),
+            Surface::Facets => Face::Facets,
+            Surface::Smooth => Face::Smooth(block.normals.clone().unwrap_or_else(|| {
+                let spline = spline();
+                let normal = |k: usize| {
+                    let p = block.node(k % block.nx, k / block.nx);
+                    let jet = spline.jet(p.x, p.y);
+                    DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
+                };
+                (0..block.heights.len()).map(normal).collect()
+            })),
+        };
+        Ok(Self {
+            ior: scene.ior,
+            distance_mm: scene.distance_mm,
+            fresnel: scene.fresnel,
+            geometry: scene.geometry,
+            face,
+            inside: entered.direction,
+            entry_transmittance: transmitted(scene.fresnel, &entered),
+            cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
+            steepest: steepest(block),
+            accelerator: OnceLock::new(),
+            block: block.clone(),
+        })
+    }
+
+    /// The search structure over the cells of the exit face.
+    fn accelerator(&self) -> &Accelerator {
+        self.accelerator.get_or_init(|| {
+            let block = &self.block;
+            let (columns, rows) = (block.nx - 1, block.ny - 1);
+            let (low, high) = block.height_range_mm();
+            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
+                + low.abs().max(high.abs()).max(block.entry_z.abs());
+            Accelerator::build(columns * rows, reach, |k| {
+                let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
+                corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
+            })
+        })
+    }
+
+    pub(super) fn aperture(&self) -> (DVec2, DVec2) {
+        (self.block.lower, self.block.upper)
+    }
+
+    #[inline]
+    pub(super) fn path(&self, start: DVec2) -> Path {
+        let ended = |end| Path { end, transmittance: self.entry_transmittance, signature: 0 };
+        let ray = SearchRay::new(start.extend(self.block.entry_z), self.inside);
+        let (point, normal) = match self.exit(&ray) {
+            Ok(exit) => exit,
+            Err(end) => return ended(end),
+        };
+        let Interface::Refracted(left) = refract(self.inside, normal, self.ior) else {
+            return ended(End::TotallyReflected);
+        };
+        let direction = left.direction;
+        if direction.z <= 0.0 || self.meets_the_face_again(point, direction) {
+            return ended(End::Side);
+        }
+        let landing = point + direction * ((self.distance_mm - point.z) / direction.z);
+        Path {
+            end: End::Receiver(landing.truncate()),
+            transmittance: self.entry_transmittance * transmitted(self.fresnel, &left),
+            signature: 0,
+        }
+    }
+
+    /// Where light leaves the glass, and the unit normal there.
+    #[inline]
+    fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
+        if self.geometry == Geometry::NormalMappedPlane {
+            let point = ray.at(-ray.origin.z / ray.direction.z);
+            let within =
+                point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
+            return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
+        }
+        let Some(hit) = self.first_crossing(ray) else { return Err(self.miss(ray)) };
+        match &self.face {
+            Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
+            Face::Smooth(_) | Face::Facets => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
+        }
+    }
+
+    /// Where a ray inside the glass meets the triangles of the exit face first.
+    #[inline]
+    fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
+        if ray.direction.x == 0.0 && ray.direction.y == 0.0 {
+            // It crosses a height field once: if it meets the cell above it, that is the crossing.
+            let hit = self.cross(self.cell_above(ray.origin.truncate()), ray, |_| true);
+            if hit.is_some() {
+                return hit;
+            }
+        }
+        self.search(ray, |_| true)
+    }
+
+    /// The nearest crossing of the exit face's triangles that `accept` lets pass.
+    fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        self.accelerator().visit(ray, |cell| {
+            let hit = self.cross(cell, ray, &accept)?;
+            if nearest.is_none_or(|n| (hit.crossing.t, cell) < (n.crossing.t, n.cell)) {
+                nearest = Some(hit);
+            }
+            Some(hit.crossing.t)
+        });
+        nearest
+    }
+
+    /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
+    #[inline]
+    fn cross(&self, cell: u32, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let columns = self.block.nx as u32 - 1;
+        let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
+        let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
+        // Most candidates are passed at a distance; the ray is the origin here.
+        let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
+        let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
+        if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
+            return None;
+        }
+        let mut nearest: Option<Hit> = None;
+        for half in halves(self.block.diagonals[cell as usize]) {
+            let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
+            if nearest.is_none_or(|n| crossing.t < n.crossing.t) {
+                nearest = Some(Hit { crossing, cell, half });
+            }
+        }
+        nearest
+    }
+
+    /// The cell above or below a point; outside of the face the nearest one.
+    #[inline]
+    fn cell_above(&self, at: DVec2) -> u32 {
+        let cells = DVec2::new((self.block.nx - 1) as f64, (self.block.ny - 1) as f64);
+        let corner = ((at - self.block.lower) * self.cells_per_mm).floor().clamp(DVec2::ZERO, cells - 1.0);
+        corner.y as u32 * (self.block.nx as u32 - 1) + corner.x as u32
+    }
+
+    /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else it was lost.
+    #[cold]
+    fn miss(&self, ray: &SearchRay) -> End {
+        let (lower, upper) = (self.block.lower, self.block.upper);
+        let d = ray.direction.truncate();
+        // Distance to the wall that each component of the direction runs at.
+        let wall = DVec2::select(d.cmpgt(DVec2::ZERO), upper, lower);
+        let to_wall = (wall - ray.origin.truncate()) / d;
+        let distances = to_wall.to_array().into_iter().filter(|t| t.is_finite() && *t >= 0.0);
+        let leaves_at = ray.at(distances.fold(f64::INFINITY, f64::min));
+        let start = ray.origin.truncate();
+        let starts_within = start.cmpge(lower).all() && start.cmple(upper).all();
+        if !starts_within {
+            return End::Beside;
+        }
+        let margin = 1e-9 * (upper - lower).max_element();
+        if leaves_at.is_finite() && leaves_at.z <= self.height_above(leaves_at.truncate()) + margin {
+            End::Side
+        } else {
+            End::Lost
+        }
+    }
+
+    #[inline]
+    fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
+        if self.geometry == Geometry::NormalMappedPlane || direction.z > self.steepest * direction.truncate().length() {
+            return false;
+        }
+        let ray = SearchRay::new(point, direction);
+        self.search(&ray, |crossing| !crossing.outwards && crossing.t > 1e-6).is_some()
+    }
+
+    /// The triangle above or below a point, whatever its height.
+    fn hit_at(&self, at: DVec2) -> Hit {
+        let cell = self.cell_above(at);
+        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
+        let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
+            let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
+            let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
+            let area = (b - a).perp_dot(c - a);
+            hit.crossing.weights =
+                DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
+            hit
+        });
+        let depth = candidates.map(|hit| hit.crossing.weights.min_element());
+        candidates[usize::from(depth[1] > depth[0])]
+    }
+
+    /// The nodes (column, row) of the corners of a triangle.
+    #[inline]
+    fn nodes_of(&self, hit: &Hit) -> [(usize, usize); 3] {
+        let columns = self.block.nx as u32 - 1;
+        let corners = corners((hit.cell % columns) as usize, (hit.cell / columns) as usize);
+        hit.half.map(|k| corners[k])
+    }
+
+    fn height_above(&self, at: DVec2) -> f64 {
+        let hit = self.hit_at(at);
+        let z = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).z);
+        hit.crossing.weights.dot(DVec3::from_array(z))
+    }
+
+    fn normal_above(&self, at: DVec2) -> DVec3 {
+        match &self.face {
+            Face::Spline(spline) => {
+                let jet = spline.jet(at.x, at.y);
+                DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
+            }
+            Face::Smooth(_) | Face::Facets => self.flat_normal(&self.hit_at(at)),
+        }
+    }
+
+    /// The normal at a point of a triangle: its own, or interpolated.
+    #[inline]
+    fn flat_normal(&self, hit: &Hit) -> DVec3 {
+        if let Face::Smooth(normals) = &self.face {
+            let [a, b, c] = self.nodes_of(hit).map(|(i, j)| normals[j * self.block.nx + i]);
+            let w = hit.crossing.weights;
+            return (w.x * a + w.y * b + w.z * c).normalize();
+        }
+        let [a, b, c] = self.nodes_of(hit).map(|(i, j)| self.block.node(i, j));
+        (b - a).cross(c - a).normalize()
+    }
+}
+
+/// The point where a ray meets the spline, and the normal there: Newton's iteration for z(t) = s(x(t), y(t)), from the
+/// triangle's `t`. A ray along the axis needs one evaluation. `None` where the iteration does not settle.
+#[inline]
+fn on_spline(spline: &Bicubic, ray: &SearchRay, mut t: f64) -> Option<(DVec3, DVec3)> {
+    let d = ray.direction;
+    let normal = |zx: f64, zy: f64| DVec3::new(-zx, -zy, 1.0) / (1.0 + zx * zx + zy * zy).sqrt();
+    if d.x == 0.0 && d.y == 0.0 {
+        let jet = spline.jet(ray.origin.x, ray.origin.y);
+        return Some((ray.origin.truncate().extend(jet.z), normal(jet.zx, jet.zy)));
+    }
+    let settled = 1e-13 * (1.0 + ray.origin.abs().max_element());
+    for _ in 0..20 {
+        let p = ray.at(t);
+        let jet = spline.jet(p.x, p.y);
+        let step = (jet.z - p.z) / (d.z - jet.zx * d.x - jet.zy * d.y);
+        t += step;
+        if step.abs() <= settled {
+            return Some((ray.at(t), normal(jet.zx, jet.zy)));
+        }
+    }
+    None
+}
+
+fn transmitted(fresnel: Fresnel, refraction: &Refraction) -> f64 {
+    match fresnel {
+        Fresnel::Off => 1.0,
+        Fresnel::On => refraction.transmittance(),
+    }
+}
+
+/// A bound for the slope between any two points of the exit face, from its grid lines.
+fn steepest(block: &Block) -> f64 {
+    let spacing = (block.upper - block.lower) / DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64);
+    let (mut along_x, mut along_y) = (0f64, 0f64);
+    for j in 0..block.ny {
+        let row = &block.heights[j * block.nx..(j + 1) * block.nx];
+        row.windows(2).for_each(|w| along_x = along_x.max((w[1] - w[0]).abs()));
+        if j + 1 < block.ny {
+            let above = &block.heights[(j + 1) * block.nx..(j + 2) * block.nx];
+            row.iter().zip(above).for_each(|(a, b)| along_y = along_y.max((b - a).abs()));
+        }
+    }
+    // The spline may be steeper than its nodes suggest; this only decides whether to look.
+    1.5 * DVec2::new(along_x, along_y).length() / spacing.min_element()
+}

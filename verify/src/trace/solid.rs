@@ -1,0 +1,248 @@
+//! Tracing any closed solid: light enters, is refracted, reflected inside, leaves, and may enter again.
+
+use super::{End, Path};
+use crate::{
+    accel::{Accelerator, Crossing, SearchRay, crossing},
+    mesh::Mesh,
+    optics::{Interface, reflect, refract},
+    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+};
+use glam::{DVec2, DVec3};
+
+/// Interfaces after which a path is given up: a trapped ray can go round for ever.
+const MOST_INTERFACES: u32 = 24;
+/// Branches weaker than this part of the incident power are not followed.
+const LEAST_POWER: f64 = 1e-4;
+/// See [`SolidTracer::nudged`].
+const NUDGE_MM: f64 = 1e-7;
+
+#[derive(Debug)]
+pub(super) struct SolidTracer {
+    mesh: Mesh,
+    scene: Scene,
+    light: DVec3,
+    lower: DVec3,
+    aperture: (DVec2, DVec2),
+    accelerator: Accelerator,
+}
+
+/// A ray on its way.
+#[derive(Clone, Copy, Debug)]
+struct Leg {
+    ray: SearchRay,
+    medium: Medium,
+    power: f64,
+    interfaces: u32,
+    reflections: u32,
+    /// Whether it began as a partial reflection.
+    partial: bool,
+    /// The triangle where it began.
+    from: Option<u32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Medium {
+    Outside,
+    Glass,
+}
+
+/// What happens at the end of a leg: at most one way on by refraction, one by reflection.
+enum Next {
+    Ended(End),
+    Split { refracted: Option<Leg>, reflected: Option<Leg> },
+}
+
+impl SolidTracer {
+    pub(super) fn new(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
+        match (scene.surface, scene.geometry) {
+            (Surface::Spline, _) => {
+                return Err(SceneError::Needs("the spline surface needs an exit face on a regular grid"));
+            }
+            (_, Geometry::NormalMappedPlane) => {
+                return Err(SceneError::Needs("the normal-mapped plane needs an exit face on a regular grid"));
+            }
+            (Surface::Smooth, _) if mesh.normals.is_none() => {
+                return Err(SceneError::Needs("smooth shading needs vertex normals, and the file has none"));
+            }
+            _ => {}
+        }
+        let (lower, upper) = mesh.bounds();
+        let light = scene.light.normalize();
+        // Everything that light in this direction can meet, projected along it to the lowest plane.
+        let shift = -(upper.z - lower.z) / light.z * light.truncate();
+        let aperture = (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift));
+        let reach =
+            2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
+        let accelerator = Accelerator::build(mesh.triangles.len(), reach, |k| {
+            let [a, b, c] = mesh.corners(k);
+            (a.min(b).min(c), a.max(b).max(c))
+        });
+        Ok(Self { mesh: mesh.clone(), scene: *scene, light, lower, aperture, accelerator })
+    }
+
+    pub(super) fn aperture(&self) -> (DVec2, DVec2) {
+        self.aperture
+    }
+
+    fn first_leg(&self, start: DVec2) -> Leg {
+        // A little before the aperture, so that a face in its plane is met.
+        let origin = start.extend(self.lower.z) - self.light;
+        let ray = SearchRay::new(origin, self.light);
+        Leg { ray, medium: Medium::Outside, power: 1.0, interfaces: 0, reflections: 0, partial: false, from: None }
+    }
+
+    pub(super) fn path(&self, start: DVec2) -> Path {
+        let mut leg = self.first_leg(start);
+        loop {
+            let signature = leg.interfaces << 8 | leg.reflections;
+            match self.follow(&leg) {
+                Next::Ended(end) => return Path { end, transmittance: leg.power, signature },
+                Next::Split { refracted, reflected } => match refracted.or(reflected) {
+                    Some(next) => leg = next,
+                    None => return Path { end: End::Lost, transmittance: leg.power, signature },
+                },
+            }
+        }
+    }
+
+    pub(super) fn all_paths(&self, start: DVec2, mut sink: impl FnMut(End, f64)) {
+        let mut waiting = [None; MOST_INTERFACES as usize + 1];
+        let mut depth = 0;
+        let mut current = Some(self.first_leg(start));
+        while let Some(leg) = current.take() {
+            match self.follow(&leg) {
+                // What partial reflection sends away from the receiver is reflected light, not a fault of the solid.
+                Next::Ended(End::Side) if leg.partial => {}
+                Next::Ended(end) => sink(end, leg.power),
+                Next::Split { refracted: Some(on), reflected } => {
+                    current = Some(on);
+                    // Weak reflections are left out of the sum and so count as reflected.
+                    if let Some(back) = reflected.filter(|leg| leg.power >= LEAST_POWER && depth < waiting.len()) {
+                        waiting[depth] = Some(back);
+                        depth += 1;
+                    }
+                }
+                Next::Split { refracted: None, reflected } => current = reflected,
+            }
+            if current.is_none() && depth > 0 {
+                depth -= 1;
+                current = waiting[depth].take();
+            }
+        }
+    }
+
+    /// Follows one leg to the next interface, or to its end.
+    fn follow(&self, leg: &Leg) -> Next {
+        let (leg, found) = match self.search(leg) {
+            None if leg.medium == Medium::Glass => {
+                let nudged = self.nudged(leg);
+                (nudged, self.search(&nudged))
+            }
+            found => (*leg, found),
+        };
+        let Some((triangle, crossing)) = found else {
+            return Next::Ended(match leg.medium {
+                Medium::Glass => End::Lost,
+                Medium::Outside if leg.interfaces == 0 => End::Beside,
+                Medium::Outside => self.land(&leg.ray),
+            });
+        };
+        if leg.interfaces >= MOST_INTERFACES {
+            return Next::Ended(if leg.reflections > 0 { End::TotallyReflected } else { End::Side });
+        }
+        let direction = leg.ray.direction;
+        let [a, b, c] = self.mesh.corners(triangle);
+        let facet = (b - a).cross(c - a).normalize();
+        // Towards where the light goes.
+        let onwards = if crossing.outwards { 1.0 } else { -1.0 };
+        let mut normal = onwards * self.shading(triangle, facet, crossing.weights);
+        if normal.dot(direction) <= 0.0 {
+            normal = onwards * facet;
+        }
+        let (eta, beyond) = match leg.medium {
+            Medium::Outside => (1.0 / self.scene.ior, Medium::Glass),
+            Medium::Glass => (self.scene.ior, Medium::Outside),
+        };
+        let point = leg.ray.at(crossing.t);
+        let on = |direction: DVec3, medium, power, reflections| Leg {
+            ray: SearchRay::new(point, direction),
+            medium,
+            power,
+            interfaces: leg.interfaces + 1,
+            reflections,
+            partial: leg.partial,
+            from: Some(triangle as u32),
+        };
+        // An interpolated normal may send a grazing ray through the facet: then the facet itself reflects.
+        let mirrored = || {
+            let by_shading = reflect(direction, normal);
+            if onwards * by_shading.dot(facet) < 0.0 { by_shading } else { reflect(direction, facet) }
+        };
+        match refract(direction, normal, eta) {
+            Interface::Refracted(refraction) if onwards * refraction.direction.dot(facet) > 0.0 => {
+                let t = match self.scene.fresnel {
+                    Fresnel::Off => 1.0,
+                    Fresnel::On => refraction.transmittance(),
+                };
+                let reflected = (t < 1.0).then(|| Leg {
+                    partial: true,
+                    ..on(mirrored(), leg.medium, leg.power * (1.0 - t), leg.reflections + 1)
+                });
+                Next::Split {
+                    refracted: Some(on(refraction.direction, beyond, leg.power * t, leg.reflections)),
+                    reflected,
+                }
+            }
+            _ => Next::Split {
+                refracted: None,
+                reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)),
+            },
+        }
+    }
+
+    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded, and may come to lie
+    /// outside, from where no triangle is left to be met.
+    fn nudged(&self, leg: &Leg) -> Leg {
+        let Some(triangle) = leg.from else { return *leg };
+        let [a, b, c] = self.mesh.corners(triangle as usize);
+        let inwards = (a + b + c) / 3.0 - leg.ray.origin;
+        let normal = (b - a).cross(c - a);
+        let step = NUDGE_MM * (inwards.normalize_or_zero() - normal.normalize_or_zero());
+        Leg { ray: SearchRay::new(leg.ray.origin + step, leg.ray.direction), ..*leg }
+    }
+
+    /// The nearest triangle that faces the way the medium demands. Orientation, not distance, tells the interface just
+    /// passed from the next one, so a step through a crease cannot be skipped or taken twice.
+    fn search(&self, leg: &Leg) -> Option<(usize, Crossing)> {
+        let leaves = leg.medium == Medium::Glass;
+        // At a convex edge a ray in the glass may leave where it entered. A ray outside may not enter where it left: it
+        // only touches the other face of that edge.
+        let least_t = if leaves { -1e-9 } else { 1e-9 };
+        let mut nearest: Option<(u32, Crossing)> = None;
+        self.accelerator.visit(&leg.ray, |k| {
+            let sheared = self.mesh.corners(k as usize).map(|p| leg.ray.sheared(p));
+            let crossing = crossing(sheared).filter(|c| c.outwards == leaves && c.t > least_t)?;
+            if nearest.is_none_or(|(n, c)| (crossing.t, k) < (c.t, n)) {
+                nearest = Some((k, crossing));
+            }
+            Some(crossing.t)
+        });
+        nearest.map(|(k, crossing)| (k as usize, crossing))
+    }
+
+    fn shading(&self, triangle: usize, facet: DVec3, weights: DVec3) -> DVec3 {
+        match (&self.mesh.normals, self.scene.surface) {
+            (Some(normals), Surface::Smooth) => {
+                let [a, b, c] = normals.corners[triangle].map(|n| normals.directions[n as usize]);
+                let blended = weights.x * a + weights.y * b + weights.z * c;
+                blended.try_normalize().filter(|n| n.dot(facet) > 0.0).unwrap_or(facet)
+            }
+            _ => facet,
+        }
+    }
+
+    fn land(&self, ray: &SearchRay) -> End {
+        let t = (self.scene.distance_mm - ray.origin.z) / ray.direction.z;
+        if ray.direction.z > 0.0 && t.is_finite() { End::Receiver(ray.at(t).truncate()) } else { End::Side }
+    }
+}

@@ -1,0 +1,78 @@
+//! Solids for tests, made here because the verifier must not depend on what makes blocks.
+#![allow(dead_code, reason = "every test binary uses its own part")]
+
+use glam::{DVec2, DVec3};
+use glasswarp_verify::{Mesh, Scene, Window};
+
+/// A closed block: a height field over a regular grid, vertical walls, a fan of triangles as entry face.
+pub(crate) fn block(nx: usize, ny: usize, size: DVec2, entry_z: f64, height: impl Fn(f64, f64) -> f64) -> Mesh {
+    let mut vertices = Vec::new();
+    let along = |k: usize, n: usize, size: f64| size * (2.0 * k as f64 - (n - 1) as f64) / (2.0 * (n - 1) as f64);
+    for j in 0..ny {
+        for i in 0..nx {
+            let (x, y) = (along(i, nx, size.x), along(j, ny, size.y));
+            vertices.push(DVec3::new(x, y, height(x, y)));
+        }
+    }
+    let at = |i: usize, j: usize| (j * nx + i) as u32;
+    let mut triangles = Vec::new();
+    for j in 0..ny - 1 {
+        for i in 0..nx - 1 {
+            let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+            // Both cuts appear.
+            if (i + j) % 3 == 0 {
+                triangles.extend([[a, b, d], [b, c, d]]);
+            } else {
+                triangles.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    // Once round the border, counter-clockwise from above.
+    let mut border: Vec<u32> = (0..nx).map(|i| at(i, 0)).collect();
+    border.extend((1..ny).map(|j| at(nx - 1, j)));
+    border.extend((0..nx - 1).rev().map(|i| at(i, ny - 1)));
+    border.extend((1..ny - 1).rev().map(|j| at(0, j)));
+    let below = vertices.len() as u32;
+    for &v in &border {
+        let p = vertices[v as usize];
+        vertices.push(DVec3::new(p.x, p.y, entry_z));
+    }
+    let centre = vertices.len() as u32;
+    vertices.push(DVec3::new(0.0, 0.0, entry_z));
+    let n = border.len() as u32;
+    for k in 0..n {
+        let next = (k + 1) % n;
+        let (a, b, c, d) = (border[k as usize], border[next as usize], below + next, below + k);
+        triangles.extend([[a, d, c], [a, c, b], [centre, c, d]]);
+    }
+    Mesh { vertices, triangles, normals: None }
+}
+
+/// Binary STL in single precision.
+pub(crate) fn stl(mesh: &Mesh) -> Vec<u8> {
+    let mut bytes = vec![b' '; 80];
+    bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
+    for k in 0..mesh.triangles.len() {
+        bytes.extend([0; 12]);
+        for corner in mesh.corners(k) {
+            corner.to_array().iter().for_each(|&c| bytes.extend((c as f32).to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+/// A bench whose window is `size` with pixels about as wide as high.
+pub(crate) fn scene(size: DVec2, pixels: usize, distance_mm: f64) -> Scene {
+    let ny = (pixels as f64 * size.y / size.x).round() as usize;
+    Scene::new(1.5, distance_mm, Window { size_mm: size, centre_mm: DVec2::ZERO, nx: pixels, ny })
+}
+
+/// A relief as a picture would give it: smooth, without symmetry, no folds at 250 mm.
+pub(crate) fn relief(x: f64, y: f64) -> f64 {
+    let wave = |a: f64, b: f64, phase: f64, depth: f64| depth * (a * x + b * y + phase).sin();
+    wave(0.06, 0.03, 0.3, 0.6)
+        + wave(-0.11, 0.13, 1.1, 0.08)
+        + wave(0.21, 0.17, 2.0, 0.02)
+        + wave(-0.4, 0.33, 0.7, 0.004)
+}
