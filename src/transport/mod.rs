@@ -47,3 +47,6 @@ impl Solver for Transport {
         Ok(Solution { surface, summary })
     }
 }
+
+#[cfg(test)]
+mod tests;
