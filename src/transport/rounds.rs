@@ -71,7 +71,12 @@ pub(super) fn close(
         let seen = look(&surface, bench, options.beams(), (cells.nx(), cells.ny()));
         let error = relative_rms(&seen.irradiance, &cells);
         if std::env::var("TRY").is_ok() {
-            eprintln!("round {round}: error {error:.5} missed {} folded {:.2e} stage {stage} {:?}", carried.missed, seen.folded, began.elapsed());
+            eprintln!(
+                "round {round}: error {error:.5} missed {} folded {:.2e} stage {stage} {:?}",
+                carried.missed,
+                seen.folded,
+                began.elapsed()
+            );
         }
         let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
         if gain > 0.0 {
@@ -116,8 +121,7 @@ fn look(surface: &HeightField, bench: &Bench, beams: usize, cells: (usize, usize
 /// Root mean square of the difference, both with mean 1.
 fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
     let (a, b) = (seen.mean(), wanted.mean());
-    let sum: f64 =
-        seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
+    let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
     (sum / seen.as_slice().len() as f64).sqrt()
 }
 

@@ -261,11 +261,7 @@ fn no_ray_is_lost_at_vertices_and_edges() {
         &Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene }).unwrap(),
         1_000_000,
     );
-    aim_at_everything(
-        &mesh,
-        &Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene }).unwrap(),
-        300_000,
-    );
+    aim_at_everything(&mesh, &Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene }).unwrap(), 300_000);
 }
 
 #[test]

@@ -4,7 +4,9 @@ mod common;
 
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{Block, Image, PhotonError, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, metrics, photons};
+use glasswarp_verify::{
+    Block, Image, PhotonError, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, metrics, photons,
+};
 
 const SIZE: DVec2 = DVec2::new(100.0, 80.0);
 
