@@ -73,11 +73,9 @@ pub(super) fn describe(
         ));
     }
     if let Some(Softening { radius_mm, violations }) = flaws.softened {
-        if error > 1.01 * unsoftened {
-            warnings.push(format!(
-                "a least radius of {radius_mm} mm without folds costs accuracy: the light differs from the picture by {error:.4} of its mean (root mean square) instead of {unsoftened:.4}"
-            ));
-        }
+        warnings.push(format!(
+            "a least radius of {radius_mm} mm without folds costs accuracy: the light differs from the picture by {error:.4} of its mean (root mean square), at best by {unsoftened:.4} before softening"
+        ));
         if violations > 0 {
             warnings.push(format!(
                 "{violations} nodes of the face are still sharper than {radius_mm} mm or folded; take a smaller radius or a larger offset (--offset)"

@@ -23,6 +23,8 @@ use std::time::Instant;
 
 /// Most that a round changes the logarithm of the light.
 const MOST_CHANGE: f64 = 0.5;
+/// Greatest correction of the mean height that can be meant, as a share of the distance.
+const MOST_SHIFT: f64 = 0.01;
 /// Newton steps of a round; the start is close.
 const STEPS: usize = 12;
 
@@ -72,9 +74,10 @@ pub(super) fn close(
     for round in 0..=rounds {
         let began = Instant::now();
         let carried = carrier.heights(&Equation::new(bench, grid, &light).path, &state.spline);
-        // Where many nodes are missed their mean says nothing of the gauge.
-        if carried.missed * 1000 < nodes.0 * nodes.1 {
-            newton.height_mm -= carried.heights_mm.mean();
+        // Nodes that were missed may lie anywhere, and would spoil the mean.
+        let mean = carried.heights_mm.mean();
+        if carried.missed == 0 && mean.abs() < MOST_SHIFT * bench.distance_mm() {
+            newton.height_mm -= mean;
         }
         let surface = HeightField::new(bench.block(), carried.heights_mm);
         let highest = surface.heights_mm().min_max().1;
