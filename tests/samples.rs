@@ -18,8 +18,14 @@ fn every_sample_makes_a_block_whose_light_draws_it() {
         let folder = tempfile::tempdir().unwrap();
         let glasswarp = |line: &str| {
             let line = line.replace("DESIGN", &design.to_string_lossy());
-            let output = Command::cargo_bin("glasswarp").unwrap().current_dir(folder.path()).args(line.split(' ')).output().unwrap();
-            let text = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+            let output = Command::cargo_bin("glasswarp")
+                .unwrap()
+                .current_dir(folder.path())
+                .args(line.split(' '))
+                .output()
+                .unwrap();
+            let text =
+                format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
             assert!(output.status.success(), "{}: {text}", design.display());
             text
         };

@@ -30,8 +30,7 @@ impl Film {
             .filter(|c| c.at.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), c| (lo.min(c.at.y), hi.max(c.at.y)));
         let clamp = |y: f64| y.clamp(0.0, rows as f64) as usize;
-        let (first_row, end_row) =
-            if low > high { (0, 0) } else { (clamp(low), clamp(high.floor() + 1.0).min(rows)) };
+        let (first_row, end_row) = if low > high { (0, 0) } else { (clamp(low), clamp(high.floor() + 1.0).min(rows)) };
         let mut film = Self {
             columns,
             first_row,

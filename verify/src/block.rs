@@ -38,7 +38,9 @@ pub enum BlockError {
     #[error("the solid is not sound: {0}")]
     Unsound(solid::Report),
     /// There is nothing to stand on.
-    #[error("no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2")]
+    #[error(
+        "no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2"
+    )]
     EntryFace {
         /// Triangles in the lowest plane.
         triangles: usize,
@@ -87,7 +89,8 @@ impl Block {
         entry_face(mesh, in_entry, lo, size)?;
 
         let exit: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
-        let (nx, ny) = (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
+        let (nx, ny) =
+            (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
         if nx.checked_mul(ny) != Some(exit.len()) {
             return Err(BlockError::Grid {
                 why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
@@ -212,7 +215,10 @@ fn lines(
         let off = position * (count - 1) as f64 - k as f64;
         if off.abs() > GRID_TOLERANCE {
             return Err(BlockError::Grid {
-                why: format!("line {k} of {count} along {name} stands {:.1} % of a spacing from its place", 100.0 * off),
+                why: format!(
+                    "line {k} of {count} along {name} stands {:.1} % of a spacing from its place",
+                    100.0 * off
+                ),
             });
         }
     }
@@ -264,7 +270,11 @@ fn cells(
             0b0110 => Ok(Diagonal::Rising),
             0b1001 => Ok(Diagonal::Falling),
             _ => Err(BlockError::Grid {
-                why: format!("the cell at column {}, row {} is not covered by two triangles", cell % (nx - 1), cell / (nx - 1)),
+                why: format!(
+                    "the cell at column {}, row {} is not covered by two triangles",
+                    cell % (nx - 1),
+                    cell / (nx - 1)
+                ),
             }),
         })
         .collect::<Result<_, _>>()?;

@@ -84,7 +84,8 @@ pub fn compare(image: &Image, target: &Image) -> Result<Metrics, MetricsError> {
     let (s, t) = (normalised(image, "image")?, normalised(target, "target")?);
     let n = s.len() as f64;
     let mean = |f: &dyn Fn(f64, f64) -> f64| {
-        s.chunks(nx).zip(t.chunks(nx)).map(|(s, t)| s.iter().zip(t).map(|(&s, &t)| f(s, t)).sum::<f64>()).sum::<f64>() / n
+        s.chunks(nx).zip(t.chunks(nx)).map(|(s, t)| s.iter().zip(t).map(|(&s, &t)| f(s, t)).sum::<f64>()).sum::<f64>()
+            / n
     };
     let mean_square = mean(&|s, t| (s - t) * (s - t));
     let peak = t.iter().copied().fold(0.0, f64::max);
@@ -188,9 +189,36 @@ mod tests {
         //   structural_similarity(t, s, data_range=peak), peak_signal_noise_ratio(t, s, data_range=peak),
         //   sqrt(mean((s - t)^2)), mean(|s - t|), corrcoef, polyfit; scikit-image 0.26, NumPy.
         let cases = [
-            (7, 7, 0.06344137147583068, 0.04983289183045218, 27.67914735541597, 0.9546342055345799, 0.9562665940812908, 0.8866995236030439),
-            (33, 20, 0.08951752008373319, 0.07327385453341857, 27.45599433887929, 0.9706670095132549, 0.9792288860386941, 0.988597235236125),
-            (64, 48, 0.08890742421427861, 0.07275480828469523, 27.568015181156657, 0.9711776049943504, 0.978241432326367, 0.9920096254122932),
+            (
+                7,
+                7,
+                0.06344137147583068,
+                0.04983289183045218,
+                27.67914735541597,
+                0.9546342055345799,
+                0.9562665940812908,
+                0.8866995236030439,
+            ),
+            (
+                33,
+                20,
+                0.08951752008373319,
+                0.07327385453341857,
+                27.45599433887929,
+                0.9706670095132549,
+                0.9792288860386941,
+                0.988597235236125,
+            ),
+            (
+                64,
+                48,
+                0.08890742421427861,
+                0.07275480828469523,
+                27.568015181156657,
+                0.9711776049943504,
+                0.978241432326367,
+                0.9920096254122932,
+            ),
         ];
         for (nx, ny, rel_rms, mean_abs, psnr, ssim, correlation, gain) in cases {
             let (image, target) = pair(nx, ny);
@@ -221,7 +249,8 @@ mod tests {
 
     #[test]
     fn black_level_and_contrast_are_those_of_a_two_tone_picture() {
-        let tones = |black: f64, white: f64| Image::new(10, 10, (0..100).map(|k| if k < 50 { black } else { white }).collect());
+        let tones =
+            |black: f64, white: f64| Image::new(10, 10, (0..100).map(|k| if k < 50 { black } else { white }).collect());
         let m = compare(&tones(0.1, 1.1), &tones(0.0, 1.0)).unwrap();
         assert!((m.contrast - 11.0).abs() < 1e-12 && m.target_contrast.is_infinite() && m.target_black_level == 0.0);
         assert!((m.black_level - 0.1 / 0.6).abs() < 1e-12);

@@ -85,7 +85,11 @@ const ROWS: u32 = 16;
 /// [`PhotonError::Plan`] for a plan out of range.
 pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, PhotonError> {
     let within = |what, value: u64, least: u64, greatest: u64| {
-        if (least..=greatest).contains(&value) { Ok(()) } else { Err(PhotonError::Plan { what, value, least, greatest }) }
+        if (least..=greatest).contains(&value) {
+            Ok(())
+        } else {
+            Err(PhotonError::Plan { what, value, least, greatest })
+        }
     };
     within("the number of replicates", plan.replicates.into(), 2, 4096)?;
     within("the number of shards", plan.shards.into(), 1, plan.replicates.into())?;

@@ -115,7 +115,11 @@ impl Scene {
     /// Checks everything that does not depend on the solid's shape, given its highest point.
     pub(crate) fn validate(&self, top_mm: f64) -> Result<(), SceneError> {
         let within = |what, value: f64, least: f64, greatest: f64| {
-            if (least..=greatest).contains(&value) { Ok(()) } else { Err(SceneError::Value { what, value, least, greatest }) }
+            if (least..=greatest).contains(&value) {
+                Ok(())
+            } else {
+                Err(SceneError::Value { what, value, least, greatest })
+            }
         };
         within("the refractive index", self.ior, 1.000_001, 10.0)?;
         within("the distance of the receiver (mm)", self.distance_mm, -1e9, 1e9)?;

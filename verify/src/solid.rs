@@ -52,7 +52,10 @@ impl fmt::Display for Report {
             faults.push(format!("{} edges with more than two triangles", self.crowded_edges));
         }
         if self.flipped_edges > 0 {
-            faults.push(format!("{} edges between triangles of opposite orientation (flipped triangles)", self.flipped_edges));
+            faults.push(format!(
+                "{} edges between triangles of opposite orientation (flipped triangles)",
+                self.flipped_edges
+            ));
         }
         if self.degenerate_triangles > 0 {
             faults.push(format!("{} triangles without area", self.degenerate_triangles));

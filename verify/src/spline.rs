@@ -96,12 +96,7 @@ fn weights(at: f64, cells: usize) -> (usize, [f64; 4], [f64; 4]) {
     let t = at - cell as f64;
     let s = 1.0 - t;
     let (t2, s2) = (t * t, s * s);
-    let value = [
-        s2 * s / 6.0,
-        2.0 / 3.0 - t2 + 0.5 * t2 * t,
-        2.0 / 3.0 - s2 + 0.5 * s2 * s,
-        t2 * t / 6.0,
-    ];
+    let value = [s2 * s / 6.0, 2.0 / 3.0 - t2 + 0.5 * t2 * t, 2.0 / 3.0 - s2 + 0.5 * s2 * s, t2 * t / 6.0];
     let slope = [-0.5 * s2, 1.5 * t2 - 2.0 * t, 2.0 * s - 1.5 * s2, 0.5 * t2];
     (cell, value, slope)
 }

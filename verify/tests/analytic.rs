@@ -4,9 +4,7 @@ mod common;
 
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{
-    Block, End, Fresnel, Geometry, Mesh, PhotonPlan, Scene, Surface, Tracer, beams, photons,
-};
+use glasswarp_verify::{Block, End, Fresnel, Geometry, Mesh, PhotonPlan, Scene, Surface, Tracer, beams, photons};
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
 /// Landing points are asked for to a picometre of a metre.
@@ -34,7 +32,8 @@ fn every_tracer(mesh: &Mesh, scene: &Scene) -> Vec<(String, Tracer)> {
 
 /// Points inside of the aperture, and on grid lines and nodes of a 9 x 7 grid.
 fn starts() -> impl Iterator<Item = DVec2> {
-    (0..=40).flat_map(|j| (0..=48).map(move |i| DVec2::new(f64::from(i) / 48.0 - 0.5, f64::from(j) / 40.0 - 0.5) * SIZE))
+    (0..=40)
+        .flat_map(|j| (0..=48).map(move |i| DVec2::new(f64::from(i) / 48.0 - 0.5, f64::from(j) / 40.0 - 0.5) * SIZE))
 }
 
 #[test]
@@ -135,7 +134,9 @@ fn a_plano_convex_lens_converges_with_the_order_of_its_surface_model() {
             .fold(0.0, f64::max)
     };
     // Slopes converge one order below heights: 3 for the spline, 2 for interpolated normals, 1 for facets.
-    for (surface, order, at_40) in [(Surface::Spline, 3.0, 1e-5), (Surface::Smooth, 2.0, 2e-2), (Surface::Facets, 1.0, 1.0)] {
+    for (surface, order, at_40) in
+        [(Surface::Spline, 3.0, 1e-5), (Surface::Smooth, 2.0, 2e-2), (Surface::Facets, 1.0, 1.0)]
+    {
         let (coarse, fine) = (worst(20, surface), worst(40, surface));
         let found = (coarse / fine).log2();
         assert!((found - order).abs() < 0.6, "{surface:?}: order {found} from {coarse:e} to {fine:e}");
@@ -209,7 +210,10 @@ fn power_adds_up_to_one_whatever_happens() {
                 for flux in [beams, photons] {
                     assert!((flux.total() - 1.0).abs() < 1e-12, "{name}: {flux:?}");
                     assert_eq!(flux.lost, 0.0, "{name}: {flux:?}");
-                    assert!(flux.window > 0.1 && (flux.reflected > 0.01) == (fresnel == Fresnel::On), "{name}: {flux:?}");
+                    assert!(
+                        flux.window > 0.1 && (flux.reflected > 0.01) == (fresnel == Fresnel::On),
+                        "{name}: {flux:?}"
+                    );
                 }
                 assert!(photons.totally_reflected + photons.side > 0.05, "{name} is steep enough: {photons:?}");
             }
@@ -252,7 +256,11 @@ fn no_ray_is_lost_at_vertices_and_edges() {
     let mesh = block(61, 46, SIZE, -15.0, relief);
     let block = Block::from_mesh(&mesh).unwrap();
     let scene = scene(SIZE, 32, 250.0);
-    aim_at_everything(&mesh, &Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene }).unwrap(), 1_000_000);
+    aim_at_everything(
+        &mesh,
+        &Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene }).unwrap(),
+        1_000_000,
+    );
     aim_at_everything(&mesh, &Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene }).unwrap(), 300_000);
 }
 

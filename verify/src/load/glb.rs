@@ -55,7 +55,8 @@ fn add(
     if primitive.mode() != Mode::Triangles {
         return Err(malformed(format!("primitives of kind {:?} are not triangles", primitive.mode())));
     }
-    let positions = primitive.get(&gltf::Semantic::Positions).ok_or_else(|| malformed("a primitive has no positions"))?;
+    let positions =
+        primitive.get(&gltf::Semantic::Positions).ok_or_else(|| malformed("a primitive has no positions"))?;
     check(&positions, blob, Dimensions::Vec3, &[DataType::F32])?;
     let normals = primitive.get(&gltf::Semantic::Normals);
     if let Some(normals) = &normals {
@@ -90,7 +91,8 @@ fn add(
     // A mirroring transformation turns triangles inside out.
     let mirrored = placed.determinant() < 0.0;
     for corners in indices.chunks_exact(3) {
-        let corners = if mirrored { [corners[0], corners[2], corners[1]] } else { [corners[0], corners[1], corners[2]] };
+        let corners =
+            if mirrored { [corners[0], corners[2], corners[1]] } else { [corners[0], corners[1], corners[2]] };
         let mut at = [DVec3::ZERO; 3];
         for (at, &k) in at.iter_mut().zip(&corners) {
             *at = *positions.get(k as usize).ok_or_else(|| malformed(format!("index {k} points at nothing")))?;
@@ -107,7 +109,10 @@ fn add(
 fn check(accessor: &Accessor<'_>, blob: &[u8], dimensions: Dimensions, types: &[DataType]) -> Result<(), LoadError> {
     let (kind, shape) = (accessor.data_type(), accessor.dimensions());
     if shape != dimensions || !types.contains(&kind) {
-        return Err(malformed(format!("accessor {} holds {shape:?} of {kind:?}, which is not supported", accessor.index())));
+        return Err(malformed(format!(
+            "accessor {} holds {shape:?} of {kind:?}, which is not supported",
+            accessor.index()
+        )));
     }
     if accessor.sparse().is_some() {
         return Err(malformed(format!("accessor {} is sparse, which is not supported", accessor.index())));
@@ -123,11 +128,7 @@ fn check(accessor: &Accessor<'_>, blob: &[u8], dimensions: Dimensions, types: &[
             && needed.is_some_and(|n| n <= view.length())
             && end.is_some_and(|n| n <= blob.len())
     });
-    if fits {
-        Ok(())
-    } else {
-        Err(malformed(format!("accessor {} does not fit into the file", accessor.index())))
-    }
+    if fits { Ok(()) } else { Err(malformed(format!("accessor {} does not fit into the file", accessor.index()))) }
 }
 
 #[cfg(test)]

@@ -6,8 +6,12 @@ use glam::DVec3;
 
 /// Parses the geometry of an OBJ file, all objects together; polygons are cut into fans, materials are passed over.
 pub(super) fn parse(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let options =
-        tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        ..tobj::LoadOptions::default()
+    };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let (models, _) = tobj::load_obj_buf(&mut bytes, &options, no_materials)
         .map_err(|error| LoadError::Malformed { format: "OBJ", reason: error.to_string() })?;
@@ -59,7 +63,9 @@ mod tests {
 
     #[test]
     fn broken_files_are_named() {
-        for broken in [&b"v 0 0 0\nf 1 2 3\n"[..], b"v a b c\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n", b"\xff\xfe\n"] {
+        for broken in
+            [&b"v 0 0 0\nf 1 2 3\n"[..], b"v a b c\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n", b"\xff\xfe\n"]
+        {
             assert!(matches!(parse(broken), Err(LoadError::Malformed { .. })), "{:?}", parse(broken));
         }
         assert!(matches!(parse(b"# nothing\n"), Err(LoadError::Empty)));

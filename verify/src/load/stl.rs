@@ -21,7 +21,10 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     match promised {
         Some(promised) if promised <= held => binary(&bytes[HEADER..], promised as usize),
         Some(promised) => Err(LoadError::Truncated { promised, held }),
-        None => Err(LoadError::Malformed { format: "STL", reason: format!("{} bytes are too few for a header", bytes.len()) }),
+        None => Err(LoadError::Malformed {
+            format: "STL",
+            reason: format!("{} bytes are too few for a header", bytes.len()),
+        }),
     }
 }
 
@@ -29,9 +32,8 @@ fn binary(records: &[u8], count: usize) -> Result<Mesh, LoadError> {
     let mut assembler = Assembler::new(count);
     for record in records.chunks_exact(RECORD).take(count) {
         // The facet normal in the first 12 bytes is redundant, and often wrong.
-        let coordinate = |at: usize| {
-            f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]))
-        };
+        let coordinate =
+            |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
         let corner = |k: usize| DVec3::new(coordinate(12 * k), coordinate(12 * k + 4), coordinate(12 * k + 8));
         assembler.triangle([corner(1), corner(2), corner(3)])?;
     }

@@ -6,6 +6,7 @@ use crate::{
     block::{Block, Diagonal},
     optics::{Interface, Refraction, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    shading::node_normals,
     spline::Bicubic,
 };
 use glam::{DVec2, DVec3};
@@ -67,22 +68,13 @@ impl BlockTracer {
         let Interface::Refracted(entered) = refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior) else {
             return Err(SceneError::Light(scene.light));
         };
-        let spline = || {
-            let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
-            Bicubic::through(&block.heights, block.nx, block.ny, lo, hi)
-        };
         let face = match scene.surface {
-            Surface::Spline => Face::Spline(spline()),
+            Surface::Spline => {
+                let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
+                Face::Spline(Bicubic::through(&block.heights, block.nx, block.ny, lo, hi))
+            }
             Surface::Facets => Face::Facets,
-            Surface::Smooth => Face::Smooth(block.normals.clone().unwrap_or_else(|| {
-                let spline = spline();
-                let normal = |k: usize| {
-                    let p = block.node(k % block.nx, k / block.nx);
-                    let jet = spline.jet(p.x, p.y);
-                    DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
-                };
-                (0..block.heights.len()).map(normal).collect()
-            })),
+            Surface::Smooth => Face::Smooth(node_normals(block)),
         };
         let (columns, rows) = (block.nx - 1, block.ny - 1);
         let (low, high) = block.height_range_mm();
@@ -139,7 +131,8 @@ impl BlockTracer {
     fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
-            let within = point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
+            let within =
+                point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
             return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
         }
         let Some(hit) = self.search(ray, |_| true) else { return Err(self.miss(ray)) };
@@ -158,7 +151,8 @@ impl BlockTracer {
             let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
             let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
             // Most candidates are passed at a distance; the ray is the origin here.
-            let (lo, hi) = corners.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), c| (lo.min(c.0), hi.max(c.0)));
+            let (lo, hi) =
+                corners.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), c| (lo.min(c.0), hi.max(c.0)));
             if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
                 return None;
             }
@@ -200,9 +194,7 @@ impl BlockTracer {
 
     #[inline]
     fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
-        if self.geometry == Geometry::NormalMappedPlane
-            || direction.z > self.steepest * direction.truncate().length()
-        {
+        if self.geometry == Geometry::NormalMappedPlane || direction.z > self.steepest * direction.truncate().length() {
             return false;
         }
         let ray = SearchRay::new(point, direction);
@@ -223,7 +215,8 @@ impl BlockTracer {
             Diagonal::Falling => f.x + f.y <= 1.0,
         };
         let half = halves(diagonal)[usize::from(!in_first)];
-        let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell: cell as u32, half };
+        let mut hit =
+            Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell: cell as u32, half };
         let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
         let area = (b - a).perp_dot(c - a);
         hit.crossing.weights =

@@ -51,7 +51,9 @@ enum Next {
 impl SolidTracer {
     pub(super) fn new(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         match (scene.surface, scene.geometry) {
-            (Surface::Spline, _) => return Err(SceneError::Needs("the spline surface needs an exit face on a regular grid")),
+            (Surface::Spline, _) => {
+                return Err(SceneError::Needs("the spline surface needs an exit face on a regular grid"));
+            }
             (_, Geometry::NormalMappedPlane) => {
                 return Err(SceneError::Needs("the normal-mapped plane needs an exit face on a regular grid"));
             }
@@ -64,11 +66,9 @@ impl SolidTracer {
         let light = scene.light.normalize();
         // Everything that light in this direction can meet, projected along it to the lowest plane.
         let shift = -(upper.z - lower.z) / light.z * light.truncate();
-        let aperture = (
-            lower.truncate().min(lower.truncate() + shift),
-            upper.truncate().max(upper.truncate() + shift),
-        );
-        let reach = 2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
+        let aperture = (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift));
+        let reach =
+            2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
         let accelerator = Accelerator::build(mesh.triangles.len(), reach, |k| {
             let [a, b, c] = mesh.corners(k);
             (a.min(b).min(c), a.max(b).max(c))
@@ -176,9 +176,15 @@ impl SolidTracer {
                     partial: true,
                     ..on(mirrored(), leg.medium, leg.power * (1.0 - t), leg.reflections + 1)
                 });
-                Next::Split { refracted: Some(on(refraction.direction, beyond, leg.power * t, leg.reflections)), reflected }
+                Next::Split {
+                    refracted: Some(on(refraction.direction, beyond, leg.power * t, leg.reflections)),
+                    reflected,
+                }
             }
-            _ => Next::Split { refracted: None, reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)) },
+            _ => Next::Split {
+                refracted: None,
+                reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)),
+            },
         }
     }
 

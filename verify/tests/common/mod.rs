@@ -71,5 +71,8 @@ pub(crate) fn scene(size: DVec2, pixels: usize, distance_mm: f64) -> Scene {
 /// A relief as a picture would give it: smooth, without symmetry, no folds at 250 mm.
 pub(crate) fn relief(x: f64, y: f64) -> f64 {
     let wave = |a: f64, b: f64, phase: f64, depth: f64| depth * (a * x + b * y + phase).sin();
-    wave(0.06, 0.03, 0.3, 0.6) + wave(-0.11, 0.13, 1.1, 0.08) + wave(0.21, 0.17, 2.0, 0.02) + wave(-0.4, 0.33, 0.7, 0.004)
+    wave(0.06, 0.03, 0.3, 0.6)
+        + wave(-0.11, 0.13, 1.1, 0.08)
+        + wave(0.21, 0.17, 2.0, 0.02)
+        + wave(-0.4, 0.33, 0.7, 0.004)
 }
