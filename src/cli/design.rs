@@ -152,7 +152,7 @@ pub(crate) fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Pi
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {
     // samples/camera/design.toml with target.png makes camera.stl: the folder tells more than the file.
-    let stem = |path: &Path| path.file_stem().map(|stem| PathBuf::from(stem));
+    let stem = |path: &Path| path.file_stem().map(PathBuf::from);
     let folder = named.parent().and_then(Path::file_name).map(PathBuf::from);
     let name = if named == picture { stem(named) } else { folder.or_else(|| stem(named)) };
     name.unwrap_or_else(|| "block".into()).with_extension("stl")

@@ -7,8 +7,8 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Window,
-    beams,
+    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Traversal,
+    Window, beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
@@ -69,8 +69,8 @@ pub(crate) fn judge(
         Window { size_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm), centre_mm: DVec2::ZERO, nx, ny };
     let scene = Scene::new(bench.ior, bench.distance_mm, window);
     let tracer = |surface, geometry| {
-        let scene = Scene { surface, geometry, ..scene };
-        Tracer::for_block(&block, &scene).map_err(|error| refused_scene(error))
+        let scene = Scene { surface, geometry, traversal: Traversal::Grid, ..scene };
+        Tracer::for_block(&block, &scene).map_err(refused_scene)
     };
     let look_through = |tracer: &Tracer| {
         let seen = beams(tracer, nx * BEAMS_PER_PIXEL, ny * BEAMS_PER_PIXEL);
@@ -87,7 +87,9 @@ pub(crate) fn judge(
     ] {
         views.push((name, look_through(&tracer(surface, geometry)?)?.1));
     }
-    let tally = photons(&true_surface, &PhotonPlan::new(look.photons, look.seed)).map_err(Failure::refused)?;
+    // The photons find their way through the hierarchy, which shares nothing with the lattice of the beams.
+    let by_hierarchy = Tracer::for_block(&block, &scene).map_err(refused_scene)?;
+    let tally = photons(&by_hierarchy, &PhotonPlan::new(look.photons, look.seed)).map_err(Failure::refused)?;
     Ok(Judgement {
         caustic: seen.image,
         metrics,

@@ -29,6 +29,8 @@ pub struct Caustic {
     pub outside: f64,
     /// Share of the flux that is totally reflected at the exit face.
     pub reflected: f64,
+    /// Share of the flux in beams that are folded over, as between a crease and its image.
+    pub folded: f64,
 }
 
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
@@ -78,12 +80,13 @@ pub fn irradiance(
         })
         .collect();
     let mut sum = vec![0.0; cells.0 * cells.1];
-    let (mut landed, mut outside, mut reflected) = (0.0, 0.0, 0.0);
+    let (mut landed, mut outside, mut reflected, mut folded) = (0.0, 0.0, 0.0, 0.0);
     for film in &bands {
         film.add_to(&mut sum);
         landed += film.landed;
         outside += film.outside;
         reflected += film.reflected;
+        folded += film.folded;
     }
     let total: f64 = landed + outside + reflected;
     let mean = total / sum.len() as f64;
@@ -92,6 +95,7 @@ pub fn irradiance(
         irradiance: Field::from_vec(cells.0, cells.1, sum),
         outside: outside / total,
         reflected: reflected / total,
+        folded: folded / total,
     }
 }
 

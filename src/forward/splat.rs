@@ -17,6 +17,8 @@ pub(super) struct Film {
     pub(super) outside: f64,
     /// Flux that never left the block.
     pub(super) reflected: f64,
+    /// Flux in folded triangles.
+    pub(super) folded: f64,
 }
 
 /// Triangles of less area than this, in cells, are spread over one cell: their density would not be a number.
@@ -39,6 +41,7 @@ impl Film {
             landed: 0.0,
             outside: 0.0,
             reflected: 0.0,
+            folded: 0.0,
         };
         let mut total = 0.0;
         let mut below = vec![0.0; width - 1];
@@ -96,6 +99,9 @@ impl Film {
         *total += flux;
         let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
         if area.abs() > LEAST_AREA {
+            if area < 0.0 {
+                self.folded += flux;
+            }
             return flux / area;
         }
         let centre = (a.at + b.at + c.at) / 3.0;

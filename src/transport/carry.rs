@@ -123,8 +123,8 @@ impl Carrier {
 
 /// Lens rows of one task; a constant, so that results do not depend on the number of threads.
 const ROWS_PER_BAND: usize = 16;
-/// Rounding at the border of triangles, in lens nodes.
-const SLACK: f64 = 1e-9;
+/// How far the border of the lens may lie outside of the map's image, in lens nodes: the border condition's own accuracy.
+const SLACK: f64 = 1e-5;
 
 /// Calls `f(column, row, barycentric weights)` for every node inside the triangle.
 #[inline(always)]
@@ -156,17 +156,35 @@ fn cover([a, b, c]: [DVec2; 3], nx: usize, rows: (usize, usize), mut f: impl FnM
     }
 }
 
-/// Gives nodes that no triangle covers (at the border, by rounding) the start of their neighbour in the row, or failing that
-/// the undistorted place.
+/// Gives nodes that no triangle covers the start of their neighbour in the row, rows without any that of a neighbouring row, and
+/// failing that the undistorted place.
 fn fill_gaps(out: &mut [DVec2], nx: usize, rows: (usize, usize), (gx, gy): (usize, usize), ny: usize) {
-    for (row, line) in (rows.0..rows.1).zip(out.chunks_mut(nx)) {
-        let undistorted =
-            |i: usize| DVec2::new((i * (gx - 1)) as f64 / (nx - 1) as f64, (row * (gy - 1)) as f64 / (ny - 1) as f64);
-        for i in 0..nx {
-            if !line[i].is_finite() {
-                let before = (i > 0).then(|| line[i - 1]);
-                let after = line[i + 1..].iter().copied().find(|p| p.is_finite());
-                line[i] = before.or(after).unwrap_or_else(|| undistorted(i));
+    for line in out.chunks_mut(nx) {
+        let Some(first) = line.iter().position(|p| p.is_finite()) else { continue };
+        let mut last = line[first];
+        for place in line {
+            if place.is_finite() {
+                last = *place;
+            } else {
+                *place = last;
+            }
+        }
+    }
+    let covered = out.chunks(nx).position(|line| line[0].is_finite());
+    for row in 0..rows.1 - rows.0 {
+        if out[row * nx].is_finite() {
+            continue;
+        }
+        match covered {
+            Some(first) => {
+                let from = if row < first { first } else { row - 1 };
+                out.copy_within(from * nx..(from + 1) * nx, row * nx);
+            }
+            None => {
+                let scale = DVec2::new((gx - 1) as f64 / (nx - 1) as f64, (gy - 1) as f64 / (ny - 1) as f64);
+                for i in 0..nx {
+                    out[row * nx + i] = DVec2::new(i as f64, (rows.0 + row) as f64) * scale;
+                }
             }
         }
     }

@@ -8,6 +8,7 @@ mod newton;
 mod options;
 mod path;
 mod pyramid;
+mod report;
 mod rounds;
 mod spline;
 mod start;
@@ -46,3 +47,6 @@ impl Solver for Transport {
         Ok(Solution { surface, summary })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -177,7 +177,7 @@ fn set_inner(spline: &mut PathSpline, write: impl Fn(usize, &mut [f64]) + Sync) 
 }
 
 /// The linearised residual of a variation.
-fn product(rows: &[Row], variation: &PathSpline, mu: f64, out: &mut [f32]) {
+pub(super) fn product(rows: &[Row], variation: &PathSpline, mu: f64, out: &mut [f32]) {
     let nx = variation.grid.nodes().0;
     out.par_chunks_mut(nx).zip(rows.par_chunks(nx)).enumerate().for_each(|(j, (out, rows))| {
         variation.row_jets(j, |i, jet| {

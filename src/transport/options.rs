@@ -89,6 +89,15 @@ impl Options {
         })
     }
 
+    /// Beams per lens cell along each axis of the closed loop's view.
+    pub(super) fn beams(&self) -> usize {
+        match self.quality {
+            Quality::Draft => 1,
+            Quality::Normal => 2,
+            Quality::Fine => 3,
+        }
+    }
+
     pub(super) fn per_cell(&self) -> usize {
         self.cells_per_pixel.unwrap_or(match self.quality {
             Quality::Draft => 1,

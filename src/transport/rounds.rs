@@ -7,10 +7,11 @@ use super::{
     light,
     newton::Criterion,
     pyramid::{FORCING, RMS, Solved, record},
+    report,
 };
 use crate::{
     bench::Bench,
-    forward::{self, Geometry},
+    forward::{self, Caustic, Geometry},
     grid::Field,
     optim::Summary,
     solver::{Progress, SolveError},
@@ -19,10 +20,25 @@ use crate::{
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Beams per lens cell along each axis.
-const BEAMS: usize = 2;
 /// Most that a round changes the logarithm of the light.
 const MOST_CHANGE: f64 = 0.5;
+/// Newton steps of a round; the start is close.
+const STEPS: usize = 4;
+
+/// How firmly a round corrects: van Cittert iterations and the share of the correction. A round that made it worse is taken
+/// back and repeated one stage weaker; after the last stage the loop ends.
+const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
+/// A round that takes away less than this share of the error is the last of its stage.
+const LEAST_GAIN: f64 = 0.03;
+
+/// The best that was found so far.
+struct Best {
+    surface: HeightField,
+    seen: Caustic,
+    error: f64,
+    missed: usize,
+    light: Field<f64>,
+}
 
 /// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned.
 ///
@@ -39,7 +55,8 @@ pub(super) fn close(
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
     let rounds = options.rounds();
     let mut carrier = Carrier::new(bench.block(), nodes);
-    let mut best: Option<(f64, HeightField)> = None;
+    let mut best: Option<Best> = None;
+    let mut stage = 0;
     progress.begin("closed loop", rounds);
     for round in 0..=rounds {
         let began = Instant::now();
@@ -47,29 +64,30 @@ pub(super) fn close(
         newton.height_mm -= carried.heights_mm.mean();
         let surface = HeightField::new(bench.block(), carried.heights_mm);
         let highest = surface.heights_mm().min_max().1;
-        if !(highest < bench.distance_mm()) {
+        // Also where a height is not a number.
+        if highest.is_nan() || highest >= bench.distance_mm() {
             return Err(SolveError::ReachesReceiver { height_mm: highest, distance_mm: bench.distance_mm() });
         }
-        if rounds == 0 {
-            return Ok(surface);
-        }
-        let beams = ((nodes.0 - 1) * BEAMS, (nodes.1 - 1) * BEAMS);
-        let spline = SurfaceSpline::through(&surface);
-        let seen = forward::irradiance(&spline, bench, Geometry::Displaced, beams, (cells.nx(), cells.ny())).irradiance;
-        let error = relative_rms(&seen, &cells);
+        let seen = look(&surface, bench, options.beams(), (cells.nx(), cells.ny()));
+        let error = relative_rms(&seen.irradiance, &cells);
         if std::env::var("TRY").is_ok() {
-            eprintln!("round {round}: error {error:.5} missed {} carry+splat {:?}", carried.missed, began.elapsed());
+            eprintln!(
+                "round {round}: error {error:.5} missed {} folded {:.2e} stage {stage} {:?}",
+                carried.missed,
+                seen.folded,
+                began.elapsed()
+            );
         }
-        let improved = best.as_ref().is_none_or(|(least, _)| error < *least);
-        if improved {
-            best = Some((error, surface));
+        let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
+        if gain > 0.0 {
+            best = Some(Best { surface, seen, error, missed: carried.missed, light: light.clone() });
         }
-        if round == rounds {
-            break;
-        }
-        correct(&mut light, &seen, &cells, per_cell, options.floor());
+        stage += usize::from(gain < LEAST_GAIN);
+        let Some(best) = best.as_ref().filter(|_| round < rounds && stage < STAGES.len()) else { break };
+        light.as_mut_slice().copy_from_slice(best.light.as_slice());
+        correct(&mut light, &best.seen.irradiance, &cells, per_cell, options.floor(), STAGES[stage]);
         let equation = Equation::new(bench, grid, &light);
-        let criterion = Criterion { rms: RMS, steps: 3, forcing: FORCING };
+        let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
         let outcome = newton.run(&equation, &mut state, criterion).ok_or_else(|| SolveError::Failed {
             solver: NAME,
             nx: grid.nodes().0,
@@ -79,7 +97,25 @@ pub(super) fn close(
         summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, began));
         progress.advance(round + 1);
     }
-    Ok(best.expect("the first round always gives a surface").1)
+    let Some(best) = best else {
+        return Err(SolveError::Failed {
+            solver: NAME,
+            nx: nodes.0,
+            ny: nodes.1,
+            why: "the light of the surface is not a number".into(),
+        });
+    };
+    report::describe(&best.seen, &cells, best.error, best.missed, bench, summary);
+    Ok(best.surface)
+}
+
+/// The light of a surface on the window's cells.
+fn look(surface: &HeightField, bench: &Bench, beams: usize, cells: (usize, usize)) -> Caustic {
+    let (nx, ny) = (surface.heights_mm().nx(), surface.heights_mm().ny());
+    // At least three beams per cell along each axis, however few nodes there are.
+    let along = |nodes: usize, cells: usize| (nodes - 1) * beams.max((3 * cells).div_ceil(nodes - 1).min(8));
+    let spline = SurfaceSpline::through(surface);
+    forward::irradiance(&spline, bench, Geometry::Displaced, (along(nx, cells.0), along(ny, cells.1)), cells)
 }
 
 /// Root mean square of the difference, both with mean 1.
@@ -90,18 +126,46 @@ fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
 }
 
 /// Multiplies the light at the nodes by what the cells lack.
-fn correct(light: &mut Field<f64>, seen: &Field<f64>, wanted: &Field<f64>, per_cell: (usize, usize), floor: f64) {
+fn correct(
+    light: &mut Field<f64>,
+    seen: &Field<f64>,
+    wanted: &Field<f64>,
+    per_cell: (usize, usize),
+    floor: f64,
+    (sharpenings, share): (usize, f64),
+) {
     let data = seen
         .as_slice()
-        .iter()
+        .par_iter()
         .zip(wanted.as_slice())
         .map(|(s, w)| ((s + floor) / (w + floor)).ln().clamp(-MOST_CHANGE, MOST_CHANGE))
         .collect();
-    let excess = Field::from_vec(seen.nx(), seen.ny(), data);
-    let factor = light::interpolate(&excess, per_cell, |d| (-d).exp());
+    let excess = sharpen(Field::from_vec(seen.nx(), seen.ny(), data), sharpenings);
+    let factor = light::interpolate(&excess, per_cell, |d| (-share * d).exp());
     let nx = light.nx();
     light.as_mut_slice().par_chunks_mut(nx).zip(factor.as_slice().par_chunks(nx)).for_each(|(light, factor)| {
         light.iter_mut().zip(factor).for_each(|(light, factor)| *light *= factor);
     });
     light::normalise(light);
+}
+
+/// Undoes what interpolation between the centres of cells takes away from the mean over a cell, by van Cittert's iteration.
+///
+/// With two nodes per cell the mean over a cell of the interpolant weighs the cell with 3/4 and its neighbours with 1/8, along
+/// each axis.
+fn sharpen(cells: Field<f64>, iterations: usize) -> Field<f64> {
+    let (nx, ny) = (cells.nx(), cells.ny());
+    let mut sharp = cells.clone();
+    let mut blurred = vec![0.0; nx * ny];
+    for _ in 0..iterations {
+        blurred.par_chunks_mut(nx).enumerate().for_each(|(j, out)| {
+            let rows = [sharp.row(j.saturating_sub(1)), sharp.row(j), sharp.row((j + 1).min(ny - 1))];
+            let column = |i: usize| 0.75 * rows[1][i] + 0.125 * (rows[0][i] + rows[2][i]);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = 0.75 * column(i) + 0.125 * (column(i.saturating_sub(1)) + column((i + 1).min(nx - 1)));
+            }
+        });
+        sharp.as_mut_slice().iter_mut().zip(cells.as_slice()).zip(&blurred).for_each(|((s, c), b)| *s += c - b);
+    }
+    sharp
 }

@@ -18,6 +18,8 @@ use rayon::prelude::*;
 
 /// Rows of vertices that one task evaluates; it computes one row of quads twice.
 const STRIP: usize = 16;
+/// Up to so many vertices an evaluation takes no longer than waking other threads for it.
+const SERIAL_VERTICES: usize = 1 << 14;
 
 /// The objective on one level.
 #[derive(Clone, Debug)]
@@ -92,8 +94,11 @@ impl Objective for WarpObjective {
         let (nx, ny) = (self.nx, self.ny);
         let mut strips = std::mem::take(&mut self.strips);
         let (gradient_x, gradient_y) = gradient.split_at_mut(nx * ny);
-        if strips.len() == 1 {
-            self.strip(&mut strips[0], 0, u, gradient_x, gradient_y);
+        if nx * ny <= SERIAL_VERTICES {
+            let parts = gradient_x.chunks_mut(STRIP * nx).zip(gradient_y.chunks_mut(STRIP * nx));
+            for (k, (strip, (gx, gy))) in strips.iter_mut().zip(parts).enumerate() {
+                self.strip(strip, k * STRIP, u, gx, gy);
+            }
         } else {
             strips
                 .par_iter_mut()
@@ -393,8 +398,10 @@ mod tests {
     #[test]
     fn threads_change_no_bit() {
         let bench = bench(ExitFace::Reflects, DVec2::ZERO);
-        let cells = Field::from_fn(40, 90, |i, j| 1.5 + ((i * j) as f64).sin());
-        let u = deformed(bench.block(), 40, 90, 0.05);
+        let (mx, my) = (140, 130);
+        assert!(mx * my > SERIAL_VERTICES);
+        let cells = Field::from_fn(mx, my, |i, j| 1.5 + ((i * j) as f64).sin());
+        let u = deformed(bench.block(), mx, my, 0.02);
         let run = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let mut gradient = vec![0.0; u.len()];

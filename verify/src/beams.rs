@@ -24,9 +24,10 @@ const ROWS: usize = 32;
 /// Cuts the light of the aperture into `nx * ny` equal beams, traces their corners, and spreads every beam's power over the
 /// area between its four landing points (section 2.1 of the paper, with the power shared by area).
 ///
-/// A beam whose corners went different ways is booked corner by corner. The error falls with the square of the beams'
-/// width; four beams per pixel along each side are enough for a relative RMS error good to three digits. The result is
-/// the same, bit by bit, for any number of threads.
+/// A beam whose corners went different ways is booked corner by corner. On a smooth surface the error falls with the square
+/// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4
+/// beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The result
+/// is the same, bit by bit, for any number of threads.
 ///
 /// # Panics
 /// If there is no beam, or more than 2^30.

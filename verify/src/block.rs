@@ -226,7 +226,6 @@ fn lines(
 }
 
 /// Finds the diagonal of every cell, and the normal at every node if there are any.
-#[allow(clippy::type_complexity)]
 fn cells(
     mesh: &Mesh,
     node_of: &[u32],

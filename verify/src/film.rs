@@ -36,6 +36,53 @@ impl Image {
     }
 }
 
+/// Polygons of a smaller area, in pixels, are treated as points.
+const LEAST_AREA: f64 = 1e-12;
+
+/// Signed area of the part of a polygon to the left of and above `corner` (x and y less than its own): by Green's theorem the
+/// integral of min(x, corner.x) dy over the edges, as far as y < corner.y. Coordinates are taken relative to `origin`, near
+/// the polygon, so that no digits are lost.
+#[inline]
+fn part_below(polygon: &[DVec2], origin: DVec2, corner: DVec2) -> f64 {
+    let limit = corner - origin;
+    if limit.x <= 0.0 || limit.y <= 0.0 {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    let mut a = polygon[polygon.len() - 1] - origin;
+    for &vertex in polygon {
+        let b = vertex - origin;
+        sum += under_edge(a, b, limit);
+        a = b;
+    }
+    sum
+}
+
+/// The contribution of the edge from `a` to `b`.
+#[inline]
+fn under_edge(mut a: DVec2, mut b: DVec2, limit: DVec2) -> f64 {
+    let sign = if a.y <= b.y { 1.0 } else { -1.0 };
+    if sign < 0.0 {
+        std::mem::swap(&mut a, &mut b);
+    }
+    if a.y >= limit.y {
+        return 0.0;
+    }
+    if b.y > limit.y {
+        b = DVec2::new(a.x + (b.x - a.x) * (limit.y - a.y) / (b.y - a.y), limit.y);
+    }
+    let dy = sign * (b.y - a.y);
+    let (least, greatest) = if a.x <= b.x { (a.x, b.x) } else { (b.x, a.x) };
+    if greatest <= limit.x {
+        0.5 * (least + greatest) * dy
+    } else if least >= limit.x {
+        limit.x * dy
+    } else {
+        let inside = limit.x - least;
+        (limit.x - 0.5 * inside * inside / (greatest - least)) * dy
+    }
+}
+
 /// Where the light that fills the aperture goes, as parts of it; they sum to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flux {
@@ -159,47 +206,71 @@ impl Film {
         *account += u128::from(units);
     }
 
-    /// Spreads the power of a beam over the pixels that it covers. `corners` go round the beam.
-    ///
-    /// The quadrilateral is replaced by the upright box of the same centre and mean extent along x and y. The error is of
-    /// second order in the beam's size and has no bias: halve the beams to quarter it.
+    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, given in their order round
+    /// the beam; every pixel gets the part that it covers.
     #[inline]
     pub(crate) fn splat(&self, corners: [DVec2; 4], units: u64, tally: &mut Tally) {
         let [a, b, c, d] = corners.map(|p| self.in_pixels(p));
-        let centre = 0.25 * (a + b + c + d);
-        let half = (0.25 * ((b + c - a - d).abs() + (c + d - a - b).abs())).max(DVec2::splat(1e-6));
-        let (lo, hi) = (centre - half, centre + half);
+        let (lo, hi) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
+        let limit = DVec2::new(self.nx as f64, self.ny as f64);
+        let (first, last) = (lo.floor(), hi.floor());
+        if first == last && lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
+            self.add(first.x as usize, first.y as usize, units);
+            tally.window += u128::from(units);
+            return;
+        }
+        let turns =
+            [(b - a).perp_dot(c - b), (c - b).perp_dot(d - c), (d - c).perp_dot(a - d), (a - d).perp_dot(b - a)];
+        if turns.iter().all(|&t| t > 0.0) || turns.iter().all(|&t| t < 0.0) {
+            self.spread(&[a, b, c, d], units, tally);
+        } else {
+            // Folded or bent inwards: each triangle of an even beam carries half of its power.
+            self.spread(&[a, b, c], units / 2, tally);
+            self.spread(&[a, c, d], units - units / 2, tally);
+        }
+    }
+
+    /// Spreads power evenly over a polygon without self-intersections, in pixels.
+    fn spread(&self, polygon: &[DVec2], units: u64, tally: &mut Tally) {
+        let (lo, hi) =
+            polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
         if !(lo.is_finite() && hi.is_finite()) {
             tally.lost += u128::from(units);
             return;
         }
         let limit = DVec2::new(self.nx as f64, self.ny as f64);
         let (first, last) = (lo.floor().max(DVec2::ZERO), hi.floor().min(limit - 1.0));
-        let within = lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all();
-        if within && first == last {
-            self.add(first.x as usize, first.y as usize, units);
-            tally.window += u128::from(units);
-            return;
-        }
-        let per_area = units as f64 / (4.0 * half.x * half.y);
+        let area = part_below(polygon, lo, hi);
         let mut booked = 0;
-        let mut row = first.y;
-        while row <= last.y {
-            let overlap_y = hi.y.min(row + 1.0) - lo.y.max(row);
-            let mut column = first.x;
-            while column <= last.x {
-                let overlap_x = hi.x.min(column + 1.0) - lo.x.max(column);
-                let share = ((per_area * overlap_x.max(0.0) * overlap_y.max(0.0)) as u64).min(units - booked);
-                self.add(column as usize, row as usize, share);
-                booked += share;
-                column += 1.0;
+        if area.abs() < LEAST_AREA {
+            // Light on a line: as good as on its centre.
+            let centre = 0.5 * (lo + hi);
+            if centre.cmpge(DVec2::ZERO).all() && centre.cmplt(limit).all() {
+                self.add(centre.x as usize, centre.y as usize, units);
+                booked = units;
             }
-            row += 1.0;
-        }
-        if within {
-            // What rounding left.
-            self.add(centre.x as usize, centre.y as usize, units - booked);
-            booked = units;
+        } else {
+            let scale = units as f64 / area;
+            let mut row = first.y;
+            while row <= last.y {
+                let mut below = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(first.x, y)));
+                let mut column = first.x;
+                while column <= last.x {
+                    let next = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(column + 1.0, y)));
+                    let covered = (next[1] - below[1]) - (next[0] - below[0]);
+                    let share = ((scale * covered).max(0.0) as u64).min(units - booked);
+                    self.add(column as usize, row as usize, share);
+                    booked += share;
+                    below = next;
+                    column += 1.0;
+                }
+                row += 1.0;
+            }
+            if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
+                // What rounding left.
+                self.add(first.x as usize, first.y as usize, units - booked);
+                booked = units;
+            }
         }
         tally.window += u128::from(booked);
         tally.missed += u128::from(units - booked);

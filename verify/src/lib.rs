@@ -40,5 +40,5 @@ pub use block::{Block, BlockError};
 pub use film::{Flux, Image};
 pub use mesh::{CornerNormals, Mesh};
 pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, photons};
-pub use scene::{Fresnel, Geometry, Scene, SceneError, Surface, Window};
+pub use scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal, Window};
 pub use trace::{End, Path, Tracer};

@@ -25,6 +25,17 @@ pub enum Geometry {
     NormalMappedPlane,
 }
 
+/// How the crossing of a ray with the exit face is found. Both ways give the same landing points, to the last bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Traversal {
+    /// By a bounding volume hierarchy over the face, as for any mesh.
+    #[default]
+    Bvh,
+    /// Light along the axis looks at the cell above it, which in a height field on a grid is the one that it meets; all other
+    /// rays go through the hierarchy. Only for a [`Block`](crate::Block); two to three times as fast.
+    Grid,
+}
+
 /// Whether interfaces reflect a part of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Fresnel {
@@ -65,6 +76,8 @@ pub struct Scene {
     pub surface: Surface,
     /// True or flattened surface.
     pub geometry: Geometry,
+    /// How crossings are found.
+    pub traversal: Traversal,
 }
 
 /// Why a solid cannot be examined on a bench.
@@ -109,6 +122,7 @@ impl Scene {
             fresnel: Fresnel::Off,
             surface: Surface::Spline,
             geometry: Geometry::Displaced,
+            traversal: Traversal::Bvh,
         }
     }
 

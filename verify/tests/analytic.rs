@@ -268,8 +268,8 @@ fn no_ray_is_lost_at_vertices_and_edges() {
 #[ignore = "minutes; run it by name"]
 fn no_ray_of_a_hundred_million_is_lost() {
     let mesh = block(641, 481, SIZE, -15.0, relief);
-    let tracer = Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &scene(SIZE, 32, 250.0)).unwrap();
-    aim_at_everything(&mesh, &tracer, 100_000_000);
+    let scene = scene(SIZE, 32, 250.0);
+    aim_at_everything(&mesh, &Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &scene).unwrap(), 100_000_000);
 }
 
 /// Vertices, points on edges and ordinary points in turn.

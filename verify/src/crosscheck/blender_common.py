@@ -55,6 +55,7 @@ def block():
     if bpy.app.version < (4, 0, 0):
         mesh.polygons.foreach_set("loop_total", array.array("i", [3]) * count)
     mesh.polygons.foreach_set("use_smooth", array.array("b", [1]) * count)
+    mesh.attributes.new("smooth_normal", "FLOAT_VECTOR", "POINT").data.foreach_set("vector", normals)
     mesh.update(calc_edges=True)
     if hasattr(mesh, "use_auto_smooth"):
         mesh.use_auto_smooth = True

@@ -1,7 +1,20 @@
 # Camera rays are the light rays: an orthographic camera behind the block looks through it at a receiver whose emission
 # says where on it a ray has landed: red = x, green = y from LANDED_FROM to LANDED_TO, blue = 1 everywhere on it.
 glass = block()
-glass.data.materials.append(material("glass", "ShaderNodeBsdfRefraction", Color=(1, 1, 1, 1), Roughness=0, IOR=INDEX)[0])
+clear, bsdf = material("glass", "ShaderNodeBsdfRefraction", Color=(1, 1, 1, 1), Roughness=0, IOR=INDEX)
+# Normals as an attribute, which is interpolated in single precision: Blender keeps a mesh's own normals in 16 bits.
+nodes, links = clear.node_tree.nodes, clear.node_tree.links
+normal, towards = nodes.new("ShaderNodeAttribute"), nodes.new("ShaderNodeVectorMath")
+normal.attribute_name = "smooth_normal"
+towards.operation = "SCALE"  # by 1 where a ray enters, by -1 where it leaves
+sign = nodes.new("ShaderNodeMath")
+sign.operation = "MULTIPLY_ADD"
+sign.inputs[1].default_value, sign.inputs[2].default_value = -2, 1
+links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], sign.inputs[0])
+links.new(normal.outputs["Vector"], towards.inputs[0])
+links.new(sign.outputs["Value"], towards.inputs["Scale"])
+links.new(towards.outputs["Vector"], bsdf.inputs["Normal"])
+glass.data.materials.append(clear)
 
 receiver = rectangle("receiver", *LANDED_FROM, *LANDED_TO, DISTANCE)
 emitter, emission = material("position", "ShaderNodeEmission", output="Emission", Strength=1)

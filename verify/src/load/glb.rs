@@ -79,7 +79,7 @@ fn add(
         Some(indices) => indices.into_u32().collect(),
         None => (0..positions.len() as u32).collect(),
     };
-    if indices.len() % 3 != 0 {
+    if !indices.len().is_multiple_of(3) {
         return Err(malformed(format!("{} indices are not triples", indices.len())));
     }
     let first_normal = u32::try_from(directions.len()).map_err(|_| LoadError::TooLarge)?;

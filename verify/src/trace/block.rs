@@ -5,11 +5,12 @@ use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing},
     block::{Block, Diagonal},
     optics::{Interface, Refraction, refract},
-    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal},
     shading::node_normals,
     spline::Bicubic,
 };
 use glam::{DVec2, DVec3};
+use std::sync::OnceLock;
 
 /// A block with its light inside, its exit face and the search structure over the cells of that face.
 #[derive(Debug)]
@@ -19,13 +20,16 @@ pub(super) struct BlockTracer {
     distance_mm: f64,
     fresnel: Fresnel,
     geometry: Geometry,
+    traversal: Traversal,
     face: Face,
     /// Direction inside the glass, and what the entry face lets through.
     inside: DVec3,
     entry_transmittance: f64,
+    cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
-    accelerator: Accelerator,
+    /// Built when first needed.
+    accelerator: OnceLock<Accelerator>,
 }
 
 #[derive(Debug)]
@@ -76,26 +80,34 @@ impl BlockTracer {
             Surface::Facets => Face::Facets,
             Surface::Smooth => Face::Smooth(node_normals(block)),
         };
-        let (columns, rows) = (block.nx - 1, block.ny - 1);
-        let (low, high) = block.height_range_mm();
-        let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
-            + low.abs().max(high.abs()).max(block.entry_z.abs());
-        let accelerator = Accelerator::build(columns * rows, reach, |k| {
-            let (i, j) = (k % columns, k / columns);
-            let corners = corners(i, j).map(|(i, j)| block.node(i, j));
-            corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
-        });
         Ok(Self {
             ior: scene.ior,
             distance_mm: scene.distance_mm,
             fresnel: scene.fresnel,
             geometry: scene.geometry,
+            traversal: scene.traversal,
             face,
             inside: entered.direction,
             entry_transmittance: transmitted(scene.fresnel, &entered),
+            cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
-            accelerator,
+            accelerator: OnceLock::new(),
             block: block.clone(),
+        })
+    }
+
+    /// The search structure over the cells of the exit face.
+    fn accelerator(&self) -> &Accelerator {
+        self.accelerator.get_or_init(|| {
+            let block = &self.block;
+            let (columns, rows) = (block.nx - 1, block.ny - 1);
+            let (low, high) = block.height_range_mm();
+            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
+                + low.abs().max(high.abs()).max(block.entry_z.abs());
+            Accelerator::build(columns * rows, reach, |k| {
+                let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
+                corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
+            })
         })
     }
 
@@ -135,38 +147,67 @@ impl BlockTracer {
                 point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
             return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
         }
-        let Some(hit) = self.search(ray, |_| true) else { return Err(self.miss(ray)) };
+        let Some(hit) = self.first_crossing(ray) else { return Err(self.miss(ray)) };
         match &self.face {
             Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
             Face::Smooth(_) | Face::Facets => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
         }
     }
 
-    /// The nearest crossing of the exit face's triangles that `accept` lets pass.
+    /// Where a ray inside the glass meets the triangles of the exit face first.
     #[inline]
+    fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
+        if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
+            // It crosses a height field once: if it meets the cell above it, that is the crossing.
+            let hit = self.cross(self.cell_above(ray.origin.truncate()), ray, |_| true);
+            if hit.is_some() {
+                return hit;
+            }
+        }
+        self.search(ray, |_| true)
+    }
+
+    /// The nearest crossing of the exit face's triangles that `accept` lets pass.
     fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
-        let columns = self.block.nx as u32 - 1;
         let mut nearest: Option<Hit> = None;
-        self.accelerator.visit(ray, |cell| {
-            let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
-            let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
-            // Most candidates are passed at a distance; the ray is the origin here.
-            let (lo, hi) =
-                corners.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), c| (lo.min(c.0), hi.max(c.0)));
-            if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
-                return None;
+        self.accelerator().visit(ray, |cell| {
+            let hit = self.cross(cell, ray, &accept)?;
+            if nearest.is_none_or(|n| (hit.crossing.t, cell) < (n.crossing.t, n.cell)) {
+                nearest = Some(hit);
             }
-            let mut best: Option<f64> = None;
-            for half in halves(self.block.diagonals[cell as usize]) {
-                let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
-                best = Some(best.map_or(crossing.t, |t| t.min(crossing.t)));
-                if nearest.is_none_or(|n| (crossing.t, cell) < (n.crossing.t, n.cell)) {
-                    nearest = Some(Hit { crossing, cell, half });
-                }
-            }
-            best
+            Some(hit.crossing.t)
         });
         nearest
+    }
+
+    /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
+    #[inline]
+    fn cross(&self, cell: u32, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let columns = self.block.nx as u32 - 1;
+        let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
+        let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
+        // Most candidates are passed at a distance; the ray is the origin here.
+        let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
+        let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
+        if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
+            return None;
+        }
+        let mut nearest: Option<Hit> = None;
+        for half in halves(self.block.diagonals[cell as usize]) {
+            let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
+            if nearest.is_none_or(|n| crossing.t < n.crossing.t) {
+                nearest = Some(Hit { crossing, cell, half });
+            }
+        }
+        nearest
+    }
+
+    /// The cell above or below a point; outside of the face the nearest one.
+    #[inline]
+    fn cell_above(&self, at: DVec2) -> u32 {
+        let cells = DVec2::new((self.block.nx - 1) as f64, (self.block.ny - 1) as f64);
+        let corner = ((at - self.block.lower) * self.cells_per_mm).floor().clamp(DVec2::ZERO, cells - 1.0);
+        corner.y as u32 * (self.block.nx as u32 - 1) + corner.x as u32
     }
 
     /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else it was lost.
@@ -203,25 +244,18 @@ impl BlockTracer {
 
     /// The triangle above or below a point, whatever its height.
     fn hit_at(&self, at: DVec2) -> Hit {
-        let columns = self.block.nx - 1;
-        let cells = DVec2::new(columns as f64, (self.block.ny - 1) as f64);
-        let u = (at - self.block.lower) / (self.block.upper - self.block.lower) * cells;
-        let corner = u.floor().clamp(DVec2::ZERO, cells - 1.0);
-        let cell = corner.y as usize * columns + corner.x as usize;
-        let f = u - corner;
-        let diagonal = self.block.diagonals[cell];
-        let in_first = match diagonal {
-            Diagonal::Rising => f.y <= f.x,
-            Diagonal::Falling => f.x + f.y <= 1.0,
-        };
-        let half = halves(diagonal)[usize::from(!in_first)];
-        let mut hit =
-            Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell: cell as u32, half };
-        let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
-        let area = (b - a).perp_dot(c - a);
-        hit.crossing.weights =
-            DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
-        hit
+        let cell = self.cell_above(at);
+        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
+        let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
+            let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
+            let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
+            let area = (b - a).perp_dot(c - a);
+            hit.crossing.weights =
+                DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
+            hit
+        });
+        let depth = candidates.map(|hit| hit.crossing.weights.min_element());
+        candidates[usize::from(depth[1] > depth[0])]
     }
 
     /// The nodes (column, row) of the corners of a triangle.

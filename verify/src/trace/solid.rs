@@ -13,6 +13,8 @@ use glam::{DVec2, DVec3};
 const MOST_INTERFACES: u32 = 24;
 /// Branches weaker than this part of the incident power are not followed.
 const LEAST_POWER: f64 = 1e-4;
+/// See [`SolidTracer::nudged`].
+const NUDGE_MM: f64 = 1e-7;
 
 #[derive(Debug)]
 pub(super) struct SolidTracer {
@@ -34,6 +36,8 @@ struct Leg {
     reflections: u32,
     /// Whether it began as a partial reflection.
     partial: bool,
+    /// The triangle where it began.
+    from: Option<u32>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +47,7 @@ enum Medium {
 }
 
 /// What happens at the end of a leg: at most one way on by refraction, one by reflection.
+#[allow(clippy::large_enum_variant, reason = "a box would allocate at every interface")]
 enum Next {
     Ended(End),
     Split { refracted: Option<Leg>, reflected: Option<Leg> },
@@ -84,7 +89,7 @@ impl SolidTracer {
         // A little before the aperture, so that a face in its plane is met.
         let origin = start.extend(self.lower.z) - self.light;
         let ray = SearchRay::new(origin, self.light);
-        Leg { ray, medium: Medium::Outside, power: 1.0, interfaces: 0, reflections: 0, partial: false }
+        Leg { ray, medium: Medium::Outside, power: 1.0, interfaces: 0, reflections: 0, partial: false, from: None }
     }
 
     pub(super) fn path(&self, start: DVec2) -> Path {
@@ -129,7 +134,14 @@ impl SolidTracer {
 
     /// Follows one leg to the next interface, or to its end.
     fn follow(&self, leg: &Leg) -> Next {
-        let Some((triangle, crossing)) = self.search(leg) else {
+        let (leg, found) = match self.search(leg) {
+            None if leg.medium == Medium::Glass => {
+                let nudged = self.nudged(leg);
+                (nudged, self.search(&nudged))
+            }
+            found => (*leg, found),
+        };
+        let Some((triangle, crossing)) = found else {
             return Next::Ended(match leg.medium {
                 Medium::Glass => End::Lost,
                 Medium::Outside if leg.interfaces == 0 => End::Beside,
@@ -160,6 +172,7 @@ impl SolidTracer {
             interfaces: leg.interfaces + 1,
             reflections,
             partial: leg.partial,
+            from: Some(triangle as u32),
         };
         // An interpolated normal may send a grazing ray through the facet: then the facet itself reflects.
         let mirrored = || {
@@ -186,6 +199,17 @@ impl SolidTracer {
                 reflected: Some(on(mirrored(), leg.medium, leg.power, leg.reflections + 1)),
             },
         }
+    }
+
+    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded, and may come to lie
+    /// outside, from where no triangle is left to be met.
+    fn nudged(&self, leg: &Leg) -> Leg {
+        let Some(triangle) = leg.from else { return *leg };
+        let [a, b, c] = self.mesh.corners(triangle as usize);
+        let inwards = (a + b + c) / 3.0 - leg.ray.origin;
+        let normal = (b - a).cross(c - a);
+        let step = NUDGE_MM * (inwards.normalize_or_zero() - normal.normalize_or_zero());
+        Leg { ray: SearchRay::new(leg.ray.origin + step, leg.ray.direction), ..*leg }
     }
 
     /// The nearest triangle that faces the way the medium demands. Orientation, not distance, tells the interface just

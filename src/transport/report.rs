@@ -1,0 +1,79 @@
+//! What the user should know of a solution: what it reached, where it is weakest, and what would help.
+
+use crate::{
+    bench::Bench,
+    forward::Caustic,
+    grid::Field,
+    optim::{Summary, Termination},
+};
+
+/// Share of the light in folded beams that is worth a word.
+const FOLDED: f64 = 1e-5;
+/// Relative RMS error of a picture that is worth a word.
+const WEAK: f64 = 0.05;
+
+/// Adds warnings to the summary of a finished run.
+pub(super) fn describe(
+    seen: &Caustic,
+    wanted: &Field<f64>,
+    error: f64,
+    missed: usize,
+    bench: &Bench,
+    summary: &mut Summary,
+) {
+    let mut warnings = Vec::new();
+    for level in summary.levels.iter().filter(|level| level.termination != Termination::Converged) {
+        let reached = level.iterations.last().map_or(f64::NAN, |iteration| iteration.objective);
+        warnings.push(format!(
+            "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is {reached:.1e} instead of {:.0e}; a larger offset (--offset) makes the picture easier",
+            level.stage,
+            level.nx,
+            level.ny,
+            level.termination,
+            super::pyramid::RMS
+        ));
+    }
+    let place = weakest(&seen.irradiance, wanted, bench);
+    if seen.folded > FOLDED {
+        warnings.push(format!(
+            "{:.3} % of the light passes through folds at creases of the face; a larger offset (--offset) or more nodes (--nodes) remove them",
+            100.0 * seen.folded
+        ));
+    }
+    if missed > 0 {
+        warnings.push(format!(
+            "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes (--nodes) or a larger offset (--offset) help"
+        ));
+    }
+    if error > WEAK {
+        warnings.push(format!(
+            "the light differs from the picture by {error:.3} of its mean (root mean square), most {place}; more nodes (--nodes) or a larger offset (--offset) bring it closer"
+        ));
+    }
+    if seen.outside > 1e-3 || seen.reflected > 0.0 {
+        warnings.push(format!(
+            "{:.2} % of the light misses the window and {:.2} % is totally reflected",
+            100.0 * seen.outside,
+            100.0 * seen.reflected
+        ));
+    }
+    summary.warnings.extend(warnings);
+}
+
+/// Where on the receiver the light is furthest from what is wanted.
+fn weakest(seen: &Field<f64>, wanted: &Field<f64>, bench: &Bench) -> String {
+    let (nx, ny) = (wanted.nx(), wanted.ny());
+    let difference = |k: usize| seen.as_slice()[k] - wanted.as_slice()[k];
+    let worst = (0..nx * ny).max_by(|&a, &b| difference(a).abs().total_cmp(&difference(b).abs())).unwrap_or(0);
+    let cell = glam::DVec2::new((worst % nx) as f64 + 0.5, (worst / nx) as f64 + 0.5);
+    let at = bench.window_centre_mm()
+        + bench.window().lower()
+        + cell * bench.window().as_vec() / glam::DVec2::new(nx as f64, ny as f64);
+    format!(
+        "at x = {:.1} mm, y = {:.1} mm of the receiver, where it is {:.2} instead of {:.2}",
+        at.x,
+        at.y,
+        seen.as_slice()[worst],
+        wanted.as_slice()[worst]
+    )
+}

@@ -1,0 +1,118 @@
+//! The two estimators agree, know their errors, and can be cut into parts.
+
+mod common;
+
+use common::{block, relief, scene};
+use glam::{DVec2, DVec3};
+use glasswarp_verify::{
+    Block, Image, PhotonError, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, metrics, photons,
+};
+
+const SIZE: DVec2 = DVec2::new(100.0, 80.0);
+
+fn tracer(scene: &Scene) -> Tracer {
+    let mesh = block(101, 81, SIZE, -15.0, relief);
+    Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), scene).unwrap()
+}
+
+#[test]
+fn photons_and_beams_agree_within_the_stated_noise() {
+    // Between facets the map tears: beams across an edge fill the gap, which converges with the first power of their
+    // width only. Fewer photons see no more than that.
+    for (surface, count) in [(Surface::Spline, 2_000_000), (Surface::Facets, 200_000)] {
+        let tracer = tracer(&Scene { surface, ..scene(SIZE, 64, 250.0) });
+        let sharp = beams(&tracer, 64 * 24, 51 * 24);
+        let noisy = photons(&tracer, &PhotonPlan::new(count, 11)).unwrap();
+        let (image, error) = (noisy.image(), noisy.standard_error());
+        // In units of the standard error the differences have a mean square of 1. Student's t with 31 degrees of
+        // freedom gives 31 / 29; over 3264 pixels that is known to a few percent.
+        let squares: f64 = image
+            .values
+            .iter()
+            .zip(&sharp.image.values)
+            .zip(&error.values)
+            .map(|((a, b), s)| if *s > 0.0 { ((a - b) / s).powi(2) } else { 0.0 })
+            .sum();
+        let mean_square = squares / image.values.len() as f64;
+        assert!((0.9..1.3).contains(&mean_square), "{surface:?}: {mean_square}");
+        let (a, b) = (noisy.flux(), sharp.flux);
+        assert!((a.window - b.window).abs() < 1e-3 && (a.missed - b.missed).abs() < 1e-3, "{a:?} {b:?}");
+
+        // The noise adds to the plain error, and is taken out of the honest one.
+        let target = &Image::new(64, 51, (0..64 * 51).map(|k| 1.0 + 0.3 * (f64::from(k % 64) * 0.2).sin()).collect());
+        let truth = metrics::compare(&sharp.image, target).unwrap().rel_rms;
+        let honest = noisy.error_against(target).unwrap();
+        assert!((honest.rel_rms() - truth).abs() < 4.0 * honest.rel_rms_error(), "{honest:?} for {truth}");
+        assert!(metrics::compare(&image, target).unwrap().rel_rms > honest.rel_rms() + 0.5 * honest.rel_rms_error());
+        let own = noisy.error_against(&sharp.image).unwrap();
+        assert!(own.mean_square.abs() < 4.0 * own.mean_square_error, "nothing is left against itself: {own:?}");
+    }
+}
+
+#[test]
+fn beams_converge_with_the_square_of_their_width() {
+    let tracer = tracer(&scene(SIZE, 64, 250.0));
+    let at = |k: usize| beams(&tracer, 64 * k, 51 * k).image;
+    let truth = at(32);
+    let error = |k: usize| {
+        let squares: f64 = at(k).values.iter().zip(&truth.values).map(|(a, b)| (a - b).powi(2)).sum();
+        (squares / truth.values.len() as f64).sqrt()
+    };
+    let order = (error(2) / error(4)).log2();
+    assert!(order > 1.7 && error(4) < 3e-3, "order {order}, {:e}", error(4));
+}
+
+#[test]
+fn a_uniform_slab_gives_a_uniform_image() {
+    let mesh = block(9, 7, SIZE, -10.0, |_, _| 0.0);
+    let tracer = Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &scene(SIZE, 37, 250.0)).unwrap();
+    // Beams that divide the pixels and beams that do not.
+    for (nx, ny) in [(74, 60), (101, 97)] {
+        let image = beams(&tracer, nx, ny).image;
+        assert!(image.values.iter().all(|v| (v - 1.0).abs() < 1e-6));
+    }
+}
+
+#[test]
+fn results_do_not_depend_on_the_number_of_threads() {
+    let tracer = tracer(&Scene { light: DVec3::new(0.05, -0.02, 1.0), ..scene(SIZE, 64, 250.0) });
+    let run = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| (beams(&tracer, 200, 160), photons(&tracer, &PhotonPlan::new(50_000, 5)).unwrap()))
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(5));
+}
+
+#[test]
+fn shards_add_up_to_the_whole_run_exactly() {
+    let tracer = tracer(&scene(SIZE, 64, 250.0));
+    let plan = PhotonPlan { replicates: 10, ..PhotonPlan::new(40_000, 99) };
+    let whole = photons(&tracer, &plan).unwrap();
+    let shard = |shard| photons(&tracer, &PhotonPlan { shard, shards: 3, ..plan }).unwrap();
+    let merged = shard(2).merge(&shard(0)).unwrap();
+    assert!(!merged.is_complete());
+    assert_eq!(merged.clone().merge(&shard(0)), Err(PhotonError::Twice(0)));
+    let merged = merged.merge(&shard(1)).unwrap();
+    assert!(merged.is_complete() && merged == whole);
+    let other = photons(&tracer, &PhotonPlan { seed: 98, ..plan }).unwrap();
+    assert_eq!(merged.merge(&other), Err(PhotonError::Different("the seed")));
+    assert!(matches!(photons(&tracer, &PhotonPlan { shard: 3, shards: 3, ..plan }), Err(PhotonError::Plan { .. })));
+}
+
+#[test]
+fn the_grid_and_the_hierarchy_find_the_same_crossings() {
+    for surface in [Surface::Spline, Surface::Facets] {
+        let straight = scene(SIZE, 64, 250.0);
+        let looked_up = tracer(&Scene { surface, traversal: Traversal::Grid, ..straight });
+        let searched = tracer(&Scene { surface, traversal: Traversal::Bvh, ..straight });
+        for k in 0..20_000 {
+            let u = DVec2::new(f64::from(k) * 0.618_034 % 1.0 - 0.5, f64::from(k) * 0.754_878 % 1.0 - 0.5);
+            let (a, b) = (looked_up.path(u * SIZE), searched.path(u * SIZE));
+            let (glasswarp_verify::End::Receiver(a), glasswarp_verify::End::Receiver(b)) = (a.end, b.end) else {
+                panic!("{a:?} {b:?}")
+            };
+            assert!(a == b, "{surface:?}: {a} {b}");
+        }
+    }
+}

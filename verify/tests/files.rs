@@ -1,0 +1,115 @@
+//! Files of blocks, sound and broken, as a stranger finds them.
+
+mod common;
+
+use common::{block, relief, stl};
+use glam::DVec2;
+use glasswarp_verify::{Block, BlockError, Mesh, load, solid};
+use proptest::prelude::*;
+
+const SIZE: DVec2 = DVec2::new(40.0, 30.0);
+
+fn sound() -> Mesh {
+    block(41, 31, SIZE, -12.0, relief)
+}
+
+#[test]
+fn an_exported_block_is_recognised_with_its_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("block.STL");
+    std::fs::write(&path, stl(&sound())).unwrap();
+    let mesh = load::read(&path).unwrap();
+    let report = solid::check(&mesh);
+    assert!(report.is_sound() && report.vertices == mesh.vertices.len(), "{report}");
+    assert!((report.volume_mm3 - sound().volume_mm3()).abs() < 1e-2);
+    let block = Block::from_mesh(&mesh).unwrap();
+    assert_eq!((block.nodes(), block.size_mm(), block.entry_z_mm()), ((41, 31), SIZE, -12.0));
+    for (k, &z) in block.heights_mm().iter().enumerate() {
+        assert_eq!(z, f64::from(sound().vertices[k].z as f32));
+    }
+}
+
+#[test]
+fn every_fault_has_its_name() {
+    let fault = |change: &dyn Fn(&mut Mesh)| {
+        let mut mesh = sound();
+        change(&mut mesh);
+        Block::from_mesh(&mesh).unwrap_err().to_string()
+    };
+    type Change<'a> = &'a dyn Fn(&mut Mesh);
+    let cases: [(&str, Change<'_>); 8] = [
+        ("3 open edges", &|m| _ = m.triangles.remove(7)),
+        ("3 edges between triangles of opposite orientation", &|m| m.triangles[7].swap(0, 1)),
+        ("inside out", &|m| m.triangles.iter_mut().for_each(|t| t.swap(0, 1))),
+        ("more than two triangles", &|m| m.triangles.push(m.triangles[7])),
+        ("without area", &|m| {
+            let [a, b, _] = m.triangles[7];
+            m.triangles.push([a, b, b]);
+        }),
+        ("no triangles", &|m| m.triangles.clear()),
+        ("no regular grid", &|m| m.vertices[20 * 41 + 17].x += 0.3),
+        ("no planar entry face", &|m| m.vertices.iter_mut().for_each(|v| v.z += 0.1 * v.x)),
+    ];
+    for (name, change) in cases {
+        let message = fault(change);
+        assert!(message.contains(name), "{name}: {message}");
+    }
+}
+
+#[test]
+fn other_solids_are_sound_but_no_blocks() {
+    let (o, x, y, z) = (glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z);
+    let mesh =
+        Mesh { vertices: vec![o, x, y, z], triangles: vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], normals: None };
+    assert!(solid::check(&mesh).is_sound());
+    assert!(matches!(Block::from_mesh(&mesh), Err(BlockError::EntryFace { .. })));
+}
+
+#[test]
+fn files_that_are_not_there_or_of_no_known_kind_are_named() {
+    assert!(matches!(load::read("nowhere.stl".as_ref()), Err(load::LoadError::Read { .. })));
+    assert!(matches!(load::read("block.step".as_ref()), Err(load::LoadError::UnknownExtension { .. })));
+}
+
+#[test]
+fn a_cut_file_never_passes_for_a_block() {
+    let bytes = stl(&sound());
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("cut.stl");
+    for length in (0..bytes.len()).step_by(9973) {
+        std::fs::write(&path, &bytes[..length]).unwrap();
+        assert!(load::read(&path).is_err(), "{length} bytes");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is done to a file, it is read or refused, never a panic.
+    #[test]
+    fn damaged_files_are_read_or_refused(
+        kind in 0..3usize,
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..20),
+        keep in any::<prop::sample::Index>(),
+    ) {
+        let corners = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 3 4\n";
+        let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+        let (name, mut bytes) = match kind {
+            0 => ("x.stl", stl(&block(4, 4, SIZE, -1.0, |_, _| 0.0))),
+            1 => ("x.stl", text.into()),
+            _ => ("x.obj", corners.into()),
+        };
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        bytes.truncate(keep.index(2 * bytes.len()) + 1);
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, &bytes).unwrap();
+        if let Ok(mesh) = load::read(&path) {
+            prop_assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < mesh.vertices.len()));
+            let _ = (solid::check(&mesh), Block::from_mesh(&mesh));
+        }
+    }
+}
