@@ -4,7 +4,7 @@ use super::{
     error::Failure,
     judge::{self, Judgement},
     progress::TerminalProgress,
-    settings::{Settings, SolverName, TransferName, name_of},
+    settings::{QualityName, Settings, SolverName, TransferName, name_of},
     side_file::{self, BenchRecord},
 };
 use glasswarp::{
@@ -19,7 +19,7 @@ use glasswarp::{
     solver::Solver,
     surface::HeightField,
     target::{Picture, PictureError, TargetIrradiance, Transfer},
-    transport::Transport,
+    transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
 use std::{
@@ -68,11 +68,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let plan = plan(args)?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
-    let solver: Box<dyn Solver> = match plan.solver {
-        SolverName::Transport => Box::new(Transport::default()),
-        SolverName::Warping => Box::new(Warping::default()),
-        SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
-    };
+    let solver = solver(&plan)?;
     let block = pipeline::design(&plan.target, &plan.bench, plan.nodes, solver.as_ref(), plan.stock, &progress);
     progress.finish();
     let block = block.map_err(Failure::refused)?;
@@ -88,6 +84,34 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         (Some(judgement), limit) => judgement.demand(limit),
         (None, _) => Ok(()),
     }
+}
+
+/// The solver that was chosen, with its options.
+fn solver(plan: &Plan) -> Result<Box<dyn Solver>, Failure> {
+    let Settings { quality, min_radius, .. } = plan.settings;
+    if plan.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some()) {
+        return Err(Failure::Usage(format!(
+            "--quality and --min-radius are options of the transport solver; the {} solver has none",
+            name_of(plan.solver)
+        )));
+    }
+    Ok(match plan.solver {
+        SolverName::Transport => {
+            let options = Options {
+                quality: match quality.unwrap_or_default() {
+                    QualityName::Draft => Quality::Draft,
+                    QualityName::Normal => Quality::Normal,
+                    QualityName::Fine => Quality::Fine,
+                },
+                min_radius_mm: min_radius.map(|length| length.mm),
+                ..Options::default()
+            };
+            options.validate().map_err(Failure::refused)?;
+            Box::new(Transport { options })
+        }
+        SolverName::Warping => Box::new(Warping::default()),
+        SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
+    })
 }
 
 fn plan(args: &DesignArgs) -> Result<Plan, Failure> {

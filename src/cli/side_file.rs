@@ -124,6 +124,12 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     line(format_args!("transfer = {}", quoted(&name_of(record.transfer))))?;
     line(format_args!("solver = {}", quoted(&name_of(record.solver))))?;
+    if let Some(quality) = settings.quality {
+        line(format_args!("quality = {}", quoted(&name_of(quality))))?;
+    }
+    if let Some(radius) = settings.min_radius {
+        line(format_args!("min-radius = \"{}mm\"", radius.mm))?;
+    }
     line(format_args!("\n[bench]"))?;
     line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
     line(format_args!("ior = {:?}", bench.ior))?;
