@@ -7,7 +7,7 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Block, BlockError, Flux, Geometry, Image, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Traversal,
+    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Traversal,
     Window, beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
@@ -60,8 +60,7 @@ pub(crate) fn judge(
     target: &TargetIrradiance,
     look: Look,
 ) -> Result<Judgement, Failure> {
-    let mesh = load::read(path).map_err(|error| not_read(path, error))?;
-    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
+    let (_, block) = open_block(path)?;
     let cells = target.cells();
     let nx = cells.nx().min(look.pixels).max(8);
     let ny = ((nx * cells.ny()) as f64 / cells.nx() as f64).round().max(8.0) as usize;
@@ -149,6 +148,13 @@ impl Judgement {
             println!("  {name:<46} {:>12.4} {:>8.4}", view.rel_rms, view.ssim);
         }
     }
+}
+
+/// Reads a mesh and recognises the block in it.
+pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
+    let mesh = load::read(path).map_err(|error| not_read(path, error))?;
+    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
+    Ok((mesh, block))
 }
 
 /// A field in the frame's order as the verifier's image, in the picture's.

@@ -59,6 +59,21 @@ impl SideFile {
         side.design.resolve_picture(path);
         Ok(side)
     }
+
+    /// The side file of a block: the one that is named, else the one beside it.
+    pub(crate) fn of_block(block: &Path, named: Option<&Path>) -> Result<Self, Failure> {
+        let path = named.map_or_else(|| path_beside(block), Path::to_path_buf);
+        if !block.exists() {
+            return Err(Failure::reading(block, io::ErrorKind::NotFound.into()));
+        }
+        if !path.exists() {
+            return Err(Failure::Usage(format!(
+                "there is no side file {}: name one with --bench, or keep the .toml that was written with the block beside it",
+                path.display()
+            )));
+        }
+        Self::read(&path)
+    }
 }
 
 /// What [`write`] needs to know.

@@ -66,17 +66,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     for output in &args.output {
         Picture::of(output)?;
     }
-    let side_path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(&args.block));
-    if !args.block.exists() {
-        return Err(Failure::reading(&args.block, std::io::ErrorKind::NotFound.into()));
-    }
-    if !side_path.exists() {
-        return Err(Failure::Usage(format!(
-            "there is no side file {}: name one with --bench, or keep the .toml that was written with the block beside it",
-            side_path.display()
-        )));
-    }
-    let side = SideFile::read(&side_path)?;
+    let side = SideFile::of_block(&args.block, args.bench.as_deref())?;
     let warnings = warnings(args, &side);
     let mut bench = side.bench.clone();
     if let Some(distance) = args.distance {
