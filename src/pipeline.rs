@@ -3,12 +3,14 @@
 use crate::{
     bench::Bench,
     grid::Extent,
+    optics::Interface,
     optim::Summary,
     solid::{Solid, SolidError, Stock},
     solver::{Progress, SolveError, Solver},
-    surface::HeightField,
+    surface::{HeightField, SurfaceSpline},
     target::TargetIrradiance,
 };
+use glam::DVec2;
 
 /// A designed block.
 #[derive(Clone, Debug)]
@@ -41,6 +43,17 @@ pub enum DesignError {
     /// No surface draws the picture.
     #[error(transparent)]
     Solve(#[from] SolveError),
+    /// The surface keeps light inside, whatever its solver made of it.
+    #[error(
+        "{:.1} % of the light would be totally reflected inside the block, centred on x = {:.1} mm, y = {:.1} mm: this picture needs more deflection than the material gives on this bench; move the receiver further away, raise the offset, or take a smaller window",
+        100.0 * share, at_mm.x, at_mm.y
+    )]
+    Trapped {
+        /// Share of the nodes at which the light does not leave.
+        share: f64,
+        /// The middle of them, mm.
+        at_mm: DVec2,
+    },
     /// The surface does not fit the stock.
     #[error(transparent)]
     Solid(#[from] SolidError),
@@ -86,8 +99,26 @@ pub fn design(
     progress: &dyn Progress,
 ) -> Result<Block, DesignError> {
     let solution = solver.solve(target, bench, nodes, progress)?;
+    check_light_leaves(&solution.surface, bench)?;
     let solid = Solid::new(&solution.surface, stock)?;
     Ok(Block { surface: solution.surface, solid, summary: solution.summary })
+}
+
+/// Share of the nodes that may keep their light: at creases of very dark pictures a few always do.
+const MOST_TRAPPED: f64 = 0.01;
+
+fn check_light_leaves(surface: &HeightField, bench: &Bench) -> Result<(), DesignError> {
+    let slopes = SurfaceSpline::through(surface).node_slopes();
+    let (nx, face) = (slopes.nx(), Interface::of(bench));
+    let (mut trapped, mut sum) = (0_usize, DVec2::ZERO);
+    for (k, &slope) in slopes.as_slice().iter().enumerate() {
+        if face.exitant(slope).is_none_or(|direction| direction.z <= 0.0) {
+            trapped += 1;
+            sum += surface.extent().node(k % nx, k / nx, nx, slopes.ny());
+        }
+    }
+    let share = trapped as f64 / slopes.as_slice().len() as f64;
+    if share > MOST_TRAPPED { Err(DesignError::Trapped { share, at_mm: sum / trapped as f64 }) } else { Ok(()) }
 }
 
 #[cfg(test)]
