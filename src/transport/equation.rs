@@ -181,7 +181,7 @@ impl<'a> Equation<'a> {
     /// Normal axis and position of the lens's edge that side `side` of the window maps to.
     fn edge(&self, side: usize) -> (usize, f64) {
         let axis = side / 2;
-        (axis, if side % 2 == 0 { -self.half_lens[axis] } else { self.half_lens[axis] })
+        (axis, if side.is_multiple_of(2) { -self.half_lens[axis] } else { self.half_lens[axis] })
     }
 
     /// Calls `f(side, k, slope, jet, y)` for every border node; returns the greatest of its values.
