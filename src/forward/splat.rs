@@ -21,8 +21,9 @@ pub(super) struct Film {
     pub(super) folded: f64,
 }
 
-/// Triangles of less area than this, in cells, are spread over one cell: their density would not be a number.
-const LEAST_AREA: f64 = 1e-9;
+/// Triangles of less area than this share of their longest edge's square, or of a cell, are put on one cell: the density of such a
+/// sliver is so large that rounding at its edges would be seen.
+const LEAST_AREA: f64 = 1e-7;
 
 impl Film {
     /// Splats the beams between consecutive rows of `width` corners.
@@ -76,7 +77,8 @@ impl Film {
             let mut sum = 0.0;
             for value in row.iter_mut() {
                 sum += *value;
-                *value = sum;
+                // Where nothing lands, rounding can leave a trace of either sign.
+                *value = sum.max(0.0);
             }
             film.landed += row[..columns].iter().sum::<f64>();
         }
@@ -98,7 +100,9 @@ impl Film {
         let flux = (a.flux + b.flux + c.flux) / 6.0;
         *total += flux;
         let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
-        if area.abs() > LEAST_AREA {
+        let longest =
+            (b.at - a.at).length_squared().max((c.at - a.at).length_squared()).max((c.at - b.at).length_squared());
+        if area.abs() > LEAST_AREA * longest.max(1.0) {
             if area < 0.0 {
                 self.folded += flux;
             }

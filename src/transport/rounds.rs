@@ -71,7 +71,7 @@ pub(super) fn close(
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
     progress.begin("closed loop", rounds);
-    for round in 0..=rounds {
+    for round in 0.. {
         let began = Instant::now();
         let carried = carrier.heights(&Equation::new(bench, grid, &light).path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
