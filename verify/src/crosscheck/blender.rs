@@ -13,7 +13,7 @@ const MAP: &str = include_str!("blender_map.py");
 const IMAGE: &str = include_str!("blender_image.py");
 
 /// Samples per pixel of image mode.
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 8;
 
 fn run(script: &str, output: String, more: &[&str]) -> Run {
     let args = ["-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "-P", script];
