@@ -64,13 +64,17 @@ fn povray_sees_that_it_is_shown_another_bench() {
     assert!(written.out.contains("povray +Imap.pov"), "{}", written.out);
     // A renderer that renders another index than it is told.
     let program = workshop.path("other-index");
-    std::fs::write(&program, "#!/bin/sh\nsed -i 's/Index = 1.49/Index = 1.48/' map.pov && exec povray \"$@\"\n").unwrap();
+    std::fs::write(&program, "#!/bin/sh\nsed -i 's/Index = 1.49/Index = 1.48/' map.pov && exec povray \"$@\"\n")
+        .unwrap();
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
     }
-    let line = format!("crosscheck block.stl --with povray --pixels 64 --max-difference 0.003 --program {}", program.display());
+    let line = format!(
+        "crosscheck block.stl --with povray --pixels 64 --max-difference 0.003 --program {}",
+        program.display()
+    );
     let outcome = workshop.run(&line);
     assert_eq!(outcome.code, SHORT, "{}{}", outcome.out, outcome.err);
     assert!(outcome.err.contains("landing points differ"), "{}", outcome.err);

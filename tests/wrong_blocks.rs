@@ -16,7 +16,9 @@ fn good() -> Workshop {
 }
 
 fn design(workshop: &Workshop, name: &str, distance: f64, ior: f64) {
-    let line = format!("design chiral.png -o {name}.stl --size 60mm --distance {distance}mm --ior {ior} --nodes 129 --no-verify");
+    let line = format!(
+        "design chiral.png -o {name}.stl --size 60mm --distance {distance}mm --ior {ior} --nodes 129 --no-verify"
+    );
     let made = workshop.run(&line);
     assert_eq!(made.code, FINE, "{}", made.err);
 }

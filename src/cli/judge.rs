@@ -7,8 +7,8 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer, Traversal,
-    Window, beams,
+    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer,
+    Traversal, Window, beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
