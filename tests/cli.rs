@@ -1,69 +1,11 @@
 //! The command line as a person types it.
 
+mod common;
+
 use assert_cmd::Command;
+use common::workshop::{FILE, FINE, MESH, REFUSED, SHORT, Workshop};
 use image::{GrayImage, Luma, LumaA, Rgba};
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
-
-const FINE: i32 = 0;
-const FILE: i32 = 1;
-const REFUSED: i32 = 2;
-const SHORT: i32 = 3;
-const MESH: i32 = 4;
-
-/// A folder of its own, and the binary run in it.
-struct Workshop {
-    folder: tempfile::TempDir,
-}
-
-struct Outcome {
-    code: i32,
-    out: String,
-    err: String,
-}
-
-impl Workshop {
-    fn new() -> Self {
-        let workshop = Self { folder: tempfile::tempdir().unwrap() };
-        GrayImage::from_fn(48, 32, |x, y| Luma([(40 + (x * 4) % 200 / 2 + y * 3) as u8]))
-            .save(workshop.path("picture.png"))
-            .unwrap();
-        workshop
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
-    }
-
-    fn run(&self, line: &str) -> Outcome {
-        let mut command = Command::cargo_bin("glasswarp").unwrap();
-        let output = command.current_dir(self.folder.path()).args(line.split_whitespace()).output().unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        let (out, err) = (text(output.stdout), text(output.stderr));
-        assert!(!err.contains("panicked"), "{line}: {err}");
-        Outcome { code: output.status.code().expect("an exit code"), out, err }
-    }
-
-    fn files(&self) -> Vec<String> {
-        let mut names: Vec<_> =
-            fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-        names.sort();
-        names
-    }
-
-    /// Runs a command that must be refused, with an error that contains every one of `words`, leaving no file behind.
-    fn refuses(&self, line: &str, code: i32, words: &[&str]) {
-        let before = self.files();
-        let outcome = self.run(line);
-        assert_eq!(outcome.code, code, "{line}\n{}{}", outcome.out, outcome.err);
-        for word in words {
-            assert!(outcome.err.contains(word), "{line}: '{word}' is not in\n{}", outcome.err);
-        }
-        assert_eq!(self.files(), before, "{line} left something behind");
-    }
-}
+use std::{fs, path::Path};
 
 #[test]
 fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
@@ -100,7 +42,7 @@ fn the_side_file_makes_the_same_block_again_bit_by_bit_on_any_number_of_threads(
     );
     for threads in ["1", "3"] {
         let mut command = Command::cargo_bin("glasswarp").unwrap();
-        let again = command.current_dir(workshop.folder.path()).env("RAYON_NUM_THREADS", threads);
+        let again = command.current_dir(workshop.root()).env("RAYON_NUM_THREADS", threads);
         again.args(["design", "a.toml", "-o", "b.stl", "--no-verify"]).assert().success();
         assert!(
             fs::read(workshop.path("a.stl")).unwrap() == fs::read(workshop.path("b.stl")).unwrap(),
@@ -276,7 +218,7 @@ fn an_interruption_leaves_nothing_half_written() {
     GrayImage::from_fn(600, 600, |x, y| Luma([(x / 3 + y / 8) as u8])).save(workshop.path("large.png")).unwrap();
     let before = workshop.files();
     let child = std::process::Command::new(env!("CARGO_BIN_EXE_glasswarp"))
-        .current_dir(workshop.folder.path())
+        .current_dir(workshop.root())
         .args(["design", "large.png", "-o", "block.stl", "--nodes", "2049"])
         .stderr(std::process::Stdio::piped())
         .spawn()

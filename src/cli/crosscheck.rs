@@ -1,6 +1,6 @@
 //! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what both see.
 
-use super::{error::Failure, judge::open_block, length::Length, side_file::SideFile};
+use super::{diagnosis, error::Failure, judge::open_block, length::Length, side_file::SideFile};
 use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp_verify::{
@@ -82,6 +82,9 @@ const CONTESTED: f64 = 1e-3;
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let side = SideFile::of_block(&args.block, args.bench.as_deref())?;
     let (mesh, block) = open_block(&args.block)?;
+    for suspicion in diagnosis::of_dimensions(&block, &side.bench) {
+        eprintln!("warning: {suspicion}");
+    }
     let renderer = match args.with {
         RendererName::Povray => Renderer::PovRay,
         RendererName::Blender => Renderer::Blender,

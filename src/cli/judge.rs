@@ -1,6 +1,6 @@
 //! Opens an exported file and judges the light that comes through it.
 
-use super::{error::Failure, side_file::BenchRecord};
+use super::{diagnosis, error::Failure, side_file::BenchRecord};
 use glam::DVec2;
 use glasswarp::{
     grid::Field,
@@ -48,6 +48,8 @@ pub(crate) struct Judgement {
     pub(crate) photons: NoisyError,
     /// Number of photons.
     pub(crate) photon_count: u64,
+    /// What may be wrong with the block.
+    pub(crate) suspicions: Vec<String>,
 }
 
 /// Beams per pixel along each side; twice as many change the relative RMS error by less than 3e-4.
@@ -79,6 +81,8 @@ pub(crate) fn judge(
     };
     let true_surface = tracer(Surface::Spline, Geometry::Displaced)?;
     let (seen, metrics) = look_through(&true_surface)?;
+    let mut suspicions = diagnosis::of_dimensions(&block, bench);
+    suspicions.extend(diagnosis::of_picture(&block, &scene, target, &seen.image, &wanted, metrics.rel_rms)?);
     let mut views = Vec::new();
     for (name, surface, geometry) in [
         ("normal-mapped plane (the paper's assumption)", Surface::Spline, Geometry::NormalMappedPlane),
@@ -98,6 +102,7 @@ pub(crate) fn judge(
         photons: tally.error_against(&wanted).map_err(Failure::refused)?,
         photon_count: tally.photons(),
         target: wanted,
+        suspicions,
     })
 }
 
@@ -158,7 +163,7 @@ pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
 }
 
 /// A field in the frame's order as the verifier's image, in the picture's.
-fn image_of(cells: &Field<f64>) -> Image {
+pub(crate) fn image_of(cells: &Field<f64>) -> Image {
     let picture = to_picture_order(cells);
     Image::new(picture.nx(), picture.ny(), picture.into_vec())
 }

@@ -2,6 +2,7 @@
 
 mod crosscheck;
 mod design;
+mod diagnosis;
 mod error;
 mod judge;
 mod length;

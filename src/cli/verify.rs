@@ -85,7 +85,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
     let look = Look { pixels: args.pixels as usize, photons: args.photons, seed: args.seed };
     let judgement = judge::judge(&args.block, &bench, &target, look)?;
-    for warning in warnings {
+    for warning in warnings.iter().chain(&judgement.suspicions) {
         eprintln!("warning: {warning}");
     }
     println!(

@@ -7,6 +7,8 @@
 // Every test binary uses its own part of this.
 #![allow(dead_code)]
 
+pub(crate) mod workshop;
+
 use std::{
     env,
     ffi::OsString,

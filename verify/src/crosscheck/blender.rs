@@ -13,7 +13,7 @@ const MAP: &str = include_str!("blender_map.py");
 const IMAGE: &str = include_str!("blender_image.py");
 
 /// Samples per pixel of image mode.
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 8;
 
 fn run(script: &str, output: String, more: &[&str]) -> Run {
     let args = ["-b", "--factory-startup", "-noaudio", "--python-exit-code", "1", "-P", script];
@@ -43,9 +43,7 @@ pub(super) fn image(folder: &Path, pixels: (usize, usize)) -> Job {
 
 pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
     let vectors = |name: &str, vectors: &[Vec3]| {
-        job.write(name, |out| {
-            vectors.iter().flat_map(|v| v.to_array()).try_for_each(|v| out.write_all(&v.to_le_bytes()))
-        })
+        job.write(name, |out| vectors.iter().flat_map(Vec3::to_array).try_for_each(|v| out.write_all(&v.to_le_bytes())))
     };
     vectors("positions.f32", &shaded.positions)?;
     vectors("normals.f32", &shaded.normals)?;

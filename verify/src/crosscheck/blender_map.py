@@ -14,6 +14,16 @@ links.new(nodes.new("ShaderNodeNewGeometry").outputs["Backfacing"], sign.inputs[
 links.new(normal.outputs["Vector"], towards.inputs[0])
 links.new(sign.outputs["Value"], towards.inputs["Scale"])
 links.new(towards.outputs["Vector"], bsdf.inputs["Normal"])
+# A ray that has just left the glass may meet the same face again by rounding, and would be refracted twice: after less
+# than a hundredth of a millimetre it passes.
+far, mix = nodes.new("ShaderNodeMath"), nodes.new("ShaderNodeMixShader")
+far.operation = "GREATER_THAN"
+far.inputs[1].default_value = 0.01 * UNIT
+links.new(nodes.new("ShaderNodeLightPath").outputs["Ray Length"], far.inputs[0])
+links.new(far.outputs["Value"], mix.inputs["Fac"])
+links.new(nodes.new("ShaderNodeBsdfTransparent").outputs["BSDF"], mix.inputs[1])
+links.new(bsdf.outputs["BSDF"], mix.inputs[2])
+links.new(mix.outputs["Shader"], clear.node_tree.get_output_node("CYCLES").inputs["Surface"])
 glass.data.materials.append(clear)
 
 receiver = rectangle("receiver", *LANDED_FROM, *LANDED_TO, DISTANCE)

@@ -93,3 +93,50 @@ fn level(images: &[Vec<f64>; 3], lit: &[bool], columns: usize, rows: usize, size
         without_noise: (product / n).max(0.0).sqrt(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Uniform noise of unit variance, by a linear congruence.
+    fn noise(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12f64.sqrt()
+        }
+    }
+
+    #[test]
+    fn the_noise_of_two_runs_is_told_from_what_they_share() {
+        let (nx, ny) = (256, 192);
+        let shared = |k: usize| 0.03 * if (k % nx / 32 + k / nx / 32) % 2 == 0 { 1.0 } else { -1.0 };
+        let ours = Image::new(nx, ny, vec![2.0; nx * ny]);
+        let run = |seed| {
+            let mut noise = noise(seed);
+            // Another scale, which is normalised away.
+            Image::new(nx, ny, (0..nx * ny).map(|k| 5.0 * (1.0 + shared(k) + 0.1 * noise())).collect())
+        };
+        let (agreement, mean) = ImageAgreement::between(&ours, &[run(1), run(2)]).unwrap();
+        assert_eq!((agreement.black, agreement.levels.len()), (0, 4));
+        for (level, size) in agreement.levels.iter().zip(BINNING) {
+            // Averaging over size^2 pixels takes out so much noise, and nothing of what is shared: 32 is a multiple.
+            let expected = 0.1 / size as f64;
+            assert!((level.noise / expected - 1.0).abs() < 0.1, "{level:?}");
+            assert!((level.without_noise - 0.03).abs() < 0.003, "{level:?}");
+            assert!((level.rel_rms - expected.hypot(0.03)).abs() < 0.005, "{level:?}");
+        }
+        assert!((mean.mean() - 2.0).abs() < 0.02, "{}", mean.mean());
+    }
+
+    #[test]
+    fn black_pixels_are_left_out_and_counted() {
+        let flat = |value: f64| Image::new(128, 128, vec![value; 128 * 128]);
+        let mut run = flat(1.0);
+        (0..50).for_each(|k| run.values[(40 + k) * 128 + 60] = 0.0);
+        let (agreement, _) = ImageAgreement::between(&flat(3.0), &[run, flat(1.0)]).unwrap();
+        assert_eq!(agreement.black, 50);
+        assert!(agreement.levels.iter().all(|level| level.rel_rms < 1e-12), "{agreement:?}");
+        assert!(ImageAgreement::between(&flat(1.0), &[flat(0.0), flat(0.0)]).is_none());
+    }
+}

@@ -85,3 +85,25 @@ impl Distances {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_ranked_and_rays_of_one_side_only_are_counted() {
+        let ours: Vec<Option<DVec2>> = (0..1000).map(|k| (k != 7).then_some(DVec2::splat(f64::from(k)))).collect();
+        // Off by 1, 2, ... thousandths along (0.6, 0.8), and one ray that does not arrive.
+        let off = |k: usize| (k as f64 + 1.0) * 1e-3 * DVec2::new(0.6, 0.8);
+        let theirs: Vec<_> = (0..1000).map(|k| (k != 9).then(|| DVec2::splat(k as f64) + off(k))).collect();
+        let landings = Landings { nx: 100, ny: 10, smooth: ours.clone(), spline: ours };
+        let agreement = MapAgreement::between(&landings, &theirs).unwrap();
+        assert_eq!((agreement.rays, agreement.contested), (998, 2));
+        let d = agreement.smooth;
+        assert!((d.worst_mm - 1.0).abs() < 1e-9 && (d.percentiles_mm[0] - 0.501).abs() < 1e-9, "{d:?}");
+        assert!((d.percentiles_mm[3] - 1.0).abs() < 1e-9, "{d:?}");
+        assert!((d.shift_mm - 0.5015 * DVec2::new(0.6, 0.8)).length() < 1e-3, "{d:?}");
+        assert!((d.rms_mm - (1.0f64 / 3.0).sqrt()).abs() < 2e-3, "{d:?}");
+        assert!(MapAgreement::between(&landings, &vec![None; 1000]).is_none());
+    }
+}

@@ -1,0 +1,129 @@
+//! Independent renderers see in an exported block what the verifier sees.
+
+mod common;
+
+use common::workshop::{FILE, FINE, REFUSED, SHORT, Workshop};
+
+/// A block 60 mm wide and 40 mm high, whose picture is chiral.
+fn block() -> Workshop {
+    let workshop = Workshop::new();
+    workshop.draw_chiral_picture();
+    let design = "design chiral.png -o block.stl --size 60mm --distance 150mm --ior 1.49 --nodes 193 --no-verify";
+    let made = workshop.run(design);
+    assert_eq!(made.code, FINE, "{}", made.err);
+    workshop
+}
+
+/// The numbers of the line that begins with these words.
+fn numbers(out: &str, words: &str) -> Vec<f64> {
+    let line = out.lines().find_map(|line| line.trim().strip_prefix(words)).expect(words);
+    line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
+}
+
+/// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um.
+fn map(workshop: &Workshop, renderer: &str) -> Vec<f64> {
+    let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference 0.003"));
+    assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
+    assert_eq!(numbers(&outcome.out, "rays")[1], 0.0, "{}", outcome.out);
+    assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());
+    // Renderers see interpolated normals, the picture was made for the spline: both are a few micrometres apart.
+    let spline = numbers(&outcome.out, "the spline surface");
+    assert!(spline[0] > 0.0 && spline[0] < 50.0, "{}", outcome.out);
+    numbers(&outcome.out, "same normals, interpolated")
+}
+
+#[test]
+fn povray_lands_rays_where_the_verifier_does() {
+    if common::program("povray", "Debian: povray").is_none() {
+        return;
+    }
+    let um = map(&block(), "povray");
+    // Uniform rounding to steps of 62 mm / 65535 in x and y is 0.39 um rms and 0.67 um at worst; POV-Ray keeps vertices and
+    // normals in single precision.
+    assert!(um[0] < 0.6 && um[5] < 2.0, "{um:?}");
+}
+
+#[test]
+fn blender_lands_rays_where_the_verifier_does() {
+    if common::program("blender", "Debian: blender").is_none() {
+        return;
+    }
+    let um = map(&block(), "blender");
+    // Everything is in single precision there; 0.1 um is measured.
+    assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{um:?}");
+}
+
+#[test]
+fn povray_sees_that_it_is_shown_another_bench() {
+    if common::program("povray", "Debian: povray").is_none() {
+        return;
+    }
+    let workshop = block();
+    let written = workshop.run("crosscheck block.stl --with povray --pixels 64 --write-only --scene scene");
+    assert_eq!(written.code, FINE, "{}", written.err);
+    assert!(written.out.contains("povray +Imap.pov"), "{}", written.out);
+    // A renderer that renders another index than it is told.
+    let program = workshop.path("other-index");
+    std::fs::write(&program, "#!/bin/sh\nsed -i 's/Index = 1.49/Index = 1.48/' map.pov && exec povray \"$@\"\n")
+        .unwrap();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o755)).unwrap();
+    }
+    let line = format!(
+        "crosscheck block.stl --with povray --pixels 64 --max-difference 0.003 --program {}",
+        program.display()
+    );
+    let outcome = workshop.run(&line);
+    assert_eq!(outcome.code, SHORT, "{}{}", outcome.out, outcome.err);
+    assert!(outcome.err.contains("landing points differ"), "{}", outcome.err);
+}
+
+#[test]
+fn a_renderer_that_is_missing_or_fails_is_an_error_and_the_scene_stays() {
+    let workshop = block();
+    let missing = workshop.run("crosscheck block.stl --with blender --pixels 64 --program no-such-blender");
+    assert_eq!(missing.code, FILE, "{}", missing.out);
+    for word in ["not installed", "no-such-blender", "apt-get install blender", "block.crosscheck-blender"] {
+        assert!(missing.err.contains(word), "'{word}' is not in\n{}", missing.err);
+    }
+    for file in ["map.py", "positions.f32", "normals.f32", "triangles.u32", "README.txt"] {
+        assert!(workshop.path("block.crosscheck-blender").join(file).exists(), "{file}");
+    }
+    let failing = workshop.run("crosscheck block.stl --with povray --pixels 64 --program false");
+    assert_eq!(failing.code, FILE, "{}", failing.out);
+    assert!(failing.err.contains("POV-Ray failed"), "{}", failing.err);
+    let idle = workshop.run("crosscheck block.stl --with povray --pixels 64 --program true");
+    assert!(idle.code == FILE && idle.err.contains("was not written"), "{}", idle.err);
+    workshop.refuses("crosscheck block.stl --with lamp", REFUSED, &["lamp", "povray", "blender"]);
+    workshop.refuses("crosscheck nothing.stl --with povray", FILE, &["nothing.stl"]);
+}
+
+/// At 128 pixels, of 512: difference of one run, its noise, and the difference without the noise.
+fn image(renderer: &str) -> Vec<f64> {
+    let workshop = block();
+    let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --mode image"));
+    assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
+    let exr = workshop.path(&format!("block.crosscheck-{renderer}/renderer.exr"));
+    assert!(exr.exists());
+    numbers(&outcome.out, "at 128 pixels across")
+}
+
+#[test]
+#[ignore = "a minute"]
+fn povray_draws_the_verifiers_caustic() {
+    if common::program("povray", "Debian: povray").is_some() {
+        let [one, noise, rest] = image("povray")[..] else { panic!("three numbers") };
+        assert!(one < 0.02 && noise > 0.0 && noise < one && rest < 0.015, "{one} {noise} {rest}");
+    }
+}
+
+#[test]
+#[ignore = "a minute"]
+fn blender_draws_the_verifiers_caustic() {
+    if common::program("blender", "Debian: blender").is_some() {
+        let [one, noise, rest] = image("blender")[..] else { panic!("three numbers") };
+        assert!(one < 0.02 && noise > 0.0 && noise < one && rest < 0.02, "{one} {noise} {rest}");
+    }
+}
