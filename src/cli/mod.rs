@@ -1,12 +1,16 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
+mod budget;
 mod design;
 mod error;
 mod judge;
 mod length;
+mod plan;
 mod progress;
 mod settings;
+mod shards;
 mod side_file;
+mod sweep;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -18,6 +22,8 @@ Examples:
   glasswarp design portrait.png -o block.stl -o block.glb -o block.obj
   glasswarp design logo.png --material pmma --size 15cm --distance 1m -o logo.stl
   glasswarp verify block.stl --target portrait.png
+  glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
+  glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
 
 Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error, 2 a request that makes no
 sense or that physics forbids, 3 a verification fell short, 4 the mesh is no closed solid.";

@@ -37,6 +37,6 @@ pub use beams::{Beams, beams};
 pub use block::{Block, BlockError};
 pub use film::{Flux, Image};
 pub use mesh::{CornerNormals, Mesh};
-pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, photons};
+pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};
 pub use scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal, Window};
 pub use trace::{End, Path, Tracer};
