@@ -393,6 +393,8 @@ fn benches_that_make_no_sense_are_refused_with_the_value_and_its_limit() {
         ("--thickness 2mm", ["2 mm", "--thickness"]),
         ("--thickness -1", ["-1 mm", "between"]),
         ("--solver magic", ["magic", "transport"]),
+        ("--solver warping --quality fine", ["--quality", "warping solver"]),
+        ("--min-radius -1mm", ["-1 mm", "between"]),
     ] {
         workshop.refuses(&format!("design picture.png -o b.stl {flags}"), REFUSED, &words);
     }

@@ -17,8 +17,8 @@ use glasswarp::{
 use glasswarp_verify::{Block, Image, Scene, Tracer, Window, beams, load, metrics};
 use std::path::Path;
 
-/// A solver, and the relative RMS error within which it draws the sample picture at 48 x 48 pixels: twice to three times what
-/// was measured when the bound was set.
+/// A solver, and the relative RMS error within which it draws the sample picture: about twice what was measured when the
+/// bound was set (.0072, .021, .10).
 struct Candidate {
     name: &'static str,
     solver: Box<dyn Solver + Sync>,
@@ -27,8 +27,8 @@ struct Candidate {
 
 fn candidates() -> [Candidate; 3] {
     [
-        Candidate { name: "transport", solver: Box::new(Transport::default()), error: 0.01 },
-        Candidate { name: "warping", solver: Box::new(Warping::default()), error: 0.03 },
+        Candidate { name: "transport", solver: Box::new(Transport::default()), error: 0.015 },
+        Candidate { name: "warping", solver: Box::new(Warping::default()), error: 0.045 },
         Candidate { name: "warping-paper", solver: Box::new(WarpingPaper::default()), error: 0.20 },
     ]
 }
@@ -120,12 +120,12 @@ fn the_exported_block_draws_the_picture_by_the_verifiers_judgement() {
         let design = Design { name: "f".into(), exit_face: bench().exit_face(), distance_mm: 250.0 };
         write_stl(&mut std::fs::File::create(&path).unwrap(), &solid, &design).unwrap();
         let block = Block::from_mesh(&load::read(&path).unwrap()).unwrap();
-        let pixels = 48;
+        let pixels = CELLS;
         let window = Window { size_mm: DVec2::splat(100.0), centre_mm: DVec2::ZERO, nx: pixels, ny: pixels };
         let tracer = Tracer::for_block(&block, &Scene::new(1.5, 250.0, window)).unwrap();
         let wanted = to_picture_order(target().resampled(pixels, pixels).cells());
         let wanted = Image::new(pixels, pixels, wanted.into_vec());
-        let seen = metrics::compare(&beams(&tracer, 384, 384).image, &wanted).unwrap();
+        let seen = metrics::compare(&beams(&tracer, 512, 512).image, &wanted).unwrap();
         assert!(seen.rel_rms < candidate.error, "{}: {} > {}", candidate.name, seen.rel_rms, candidate.error);
     });
 }

@@ -51,7 +51,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let start = Instant::now();
     let block = plan.design(&progress);
     progress.finish();
-    let block = block.map_err(Failure::refused)?;
+    let block = block?;
     let solved = start.elapsed();
     write_files(&plan, &outputs, &block)?;
     let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &outputs, &block)?) };

@@ -33,10 +33,7 @@ impl Subject {
     pub(crate) fn of(mesh: Mesh, path: &Path) -> Result<Self, Failure> {
         match Block::from_mesh(&mesh) {
             Ok(block) => Ok(Self::Block(Box::new(block))),
-            Err(error @ BlockError::Unsound(_)) => Err(Failure::InvalidMesh {
-                what: format!("{} is no block of glass", path.display()),
-                source: Some(error.into()),
-            }),
+            Err(error @ BlockError::Unsound(_)) => Err(not_a_block(path, error)),
             Err(_) => Ok(Self::Solid(Box::new(mesh))),
         }
     }
@@ -79,6 +76,17 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
             _ => Failure::InvalidMesh { what, source: Some(error.into()) },
         }
     })
+}
+
+/// Reads a mesh and recognises the block in it.
+pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
+    let mesh = read(path)?;
+    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
+    Ok((mesh, block))
+}
+
+fn not_a_block(path: &Path, error: BlockError) -> Failure {
+    Failure::InvalidMesh { what: format!("{} is no block of glass", path.display()), source: Some(error.into()) }
 }
 
 /// Where a subject stands.

@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
 mod budget;
+mod crosscheck;
 mod design;
 mod error;
 mod judge;
@@ -24,6 +25,7 @@ Examples:
   glasswarp verify block.stl --target portrait.png
   glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
   glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
+  glasswarp crosscheck block.stl --with povray
 
 Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error, 2 a request that makes no
 sense or that physics forbids, 3 a verification fell short, 4 the mesh is no closed solid.";
@@ -42,6 +44,8 @@ enum Command {
     Design(design::DesignArgs),
     /// Trace light through an exported block and judge the picture that it draws
     Verify(verify::VerifyArgs),
+    /// Show an exported block to an independent renderer, and compare what both see
+    Crosscheck(crosscheck::CrosscheckArgs),
     /// List the materials known by name, with their refractive indices
     Materials,
 }
@@ -61,6 +65,7 @@ pub(crate) fn run() -> ExitCode {
     let done = match cli.command {
         Command::Design(args) => design::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Materials => materials(),
     };
     match done {

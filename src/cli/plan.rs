@@ -2,7 +2,7 @@
 
 use super::{
     error::Failure,
-    settings::{Settings, SolverName, TransferName},
+    settings::{QualityName, Settings, SolverName, TransferName, name_of},
 };
 use glasswarp::{
     bench::{Bench, ExitFace},
@@ -12,7 +12,7 @@ use glasswarp::{
     solid::Stock,
     solver::{Progress, Solver},
     target::{Picture, PictureError, TargetIrradiance, Transfer},
-    transport::Transport,
+    transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
 use std::path::{Path, PathBuf};
@@ -64,13 +64,38 @@ impl Plan {
     }
 
     /// Solves for the block.
-    pub(crate) fn design(&self, progress: &dyn Progress) -> Result<Block, DesignError> {
-        let solver: Box<dyn Solver> = match self.solver {
-            SolverName::Transport => Box::new(Transport::default()),
+    pub(crate) fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
+        let solver = self.solver()?;
+        pipeline::design(&self.target, &self.bench, self.nodes, solver.as_ref(), self.stock, progress)
+            .map_err(Failure::refused)
+    }
+
+    /// The solver that was chosen, with its options.
+    fn solver(&self) -> Result<Box<dyn Solver>, Failure> {
+        let Settings { quality, min_radius, .. } = self.settings;
+        if self.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some()) {
+            return Err(Failure::Usage(format!(
+                "--quality and --min-radius are options of the transport solver; the {} solver has none",
+                name_of(self.solver)
+            )));
+        }
+        Ok(match self.solver {
+            SolverName::Transport => {
+                let options = Options {
+                    quality: match quality.unwrap_or_default() {
+                        QualityName::Draft => Quality::Draft,
+                        QualityName::Normal => Quality::Normal,
+                        QualityName::Fine => Quality::Fine,
+                    },
+                    min_radius_mm: min_radius.map(|length| length.mm),
+                    ..Options::default()
+                };
+                options.validate().map_err(Failure::refused)?;
+                Box::new(Transport { options })
+            }
             SolverName::Warping => Box::new(Warping::default()),
             SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
-        };
-        pipeline::design(&self.target, &self.bench, self.nodes, solver.as_ref(), self.stock, progress)
+        })
     }
 }
 

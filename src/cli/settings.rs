@@ -53,6 +53,14 @@ pub(crate) struct Settings {
     /// How the surface is found [default: transport]
     #[arg(long, value_name = "NAME", help_heading = "Solver")]
     pub(crate) solver: Option<SolverName>,
+
+    /// How much work the transport solver puts in [default: normal]
+    #[arg(long, value_name = "NAME", help_heading = "Solver")]
+    pub(crate) quality: Option<QualityName>,
+
+    /// Bound the curvature of the face for a cutter of this radius, at some cost in accuracy (transport solver)
+    #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true)]
+    pub(crate) min_radius: Option<Length>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
@@ -83,6 +91,18 @@ pub(crate) enum SolverName {
     Warping,
     /// Brightness warping as the paper prints it
     WarpingPaper,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum QualityName {
+    /// A look at what will come, in well under a second
+    Draft,
+    /// Seconds
+    #[default]
+    Normal,
+    /// What the nodes can give, in a few times the time
+    Fine,
 }
 
 /// The name of a choice, as on the command line.
@@ -133,6 +153,8 @@ impl Settings {
             offset: self.offset.or(other.offset),
             transfer: self.transfer.or(other.transfer),
             solver: self.solver.or(other.solver),
+            quality: self.quality.or(other.quality),
+            min_radius: self.min_radius.or(other.min_radius),
         }
     }
 }

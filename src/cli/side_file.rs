@@ -59,6 +59,21 @@ impl SideFile {
         side.design.resolve_picture(path);
         Ok(side)
     }
+
+    /// The side file of a block: the one that is named, else the one beside it.
+    pub(crate) fn of_block(block: &Path, named: Option<&Path>) -> Result<Self, Failure> {
+        let path = named.map_or_else(|| path_beside(block), Path::to_path_buf);
+        if !block.exists() {
+            return Err(Failure::reading(block, io::ErrorKind::NotFound.into()));
+        }
+        if !path.exists() {
+            return Err(Failure::Usage(format!(
+                "there is no side file {}: name one with --bench, or keep the .toml that was written with the block beside it",
+                path.display()
+            )));
+        }
+        Self::read(&path)
+    }
 }
 
 /// What [`write`] needs to know.
@@ -109,6 +124,12 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     line(format_args!("transfer = {}", quoted(&name_of(record.transfer))))?;
     line(format_args!("solver = {}", quoted(&name_of(record.solver))))?;
+    if let Some(quality) = settings.quality {
+        line(format_args!("quality = {}", quoted(&name_of(quality))))?;
+    }
+    if let Some(radius) = settings.min_radius {
+        line(format_args!("min-radius = \"{}mm\"", radius.mm))?;
+    }
     line(format_args!("\n[bench]"))?;
     line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
     line(format_args!("ior = {:?}", bench.ior))?;

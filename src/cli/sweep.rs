@@ -163,7 +163,7 @@ pub(crate) fn run(
         let point = Plan::new(picture.clone(), settings).and_then(|plan| match &built {
             Some(subject) => look(value, &plan, subject, side.bench.thinnest_mm + side.bench.relief_mm, pixels),
             None => {
-                let block = plan.design(&Silent).map_err(Failure::refused)?;
+                let block = plan.design(&Silent)?;
                 let subject = Subject::of(mesh_of(&block.solid, None), Path::new("the block"))?;
                 look(value, &plan, &subject, block.solid.thickness_mm(), pixels)
             }

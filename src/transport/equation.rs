@@ -135,16 +135,6 @@ impl<'a> Equation<'a> {
         })
     }
 
-    /// The target that this state draws at the nodes of row `j`, exactly: `det A`.
-    pub(super) fn drawn(&self, state: &State, j: usize, out: &mut [f64]) {
-        state.spline.row_jets(j, |i, jet| {
-            out[i] = self
-                .path
-                .ray(self.grid.node(i, j), jet.value, jet.slope)
-                .map_or(f64::NAN, |ray| self.scaled(self.path.footprint_jacobian(&ray, &jet)).determinant());
-        });
-    }
-
     #[inline(always)]
     fn scaled(&self, a: DMat2) -> DMat2 {
         DMat2::from_cols(a.x_axis * self.unit.x_axis, a.y_axis * self.unit.y_axis)
@@ -154,12 +144,11 @@ impl<'a> Equation<'a> {
     pub(super) fn fit_border(&self, state: &mut State) {
         state.spline.set_ghosts(&state.slopes);
         for _ in 0..BORDER_SWEEPS {
-            let worst = self.each_border_node(state, |side, k, slope, jet, y| {
+            let worst = self.each_border_node(state, |side, _, slope, jet, y| {
                 let (axis, edge) = self.edge(side);
                 let Some(ray) = self.path.ray(y, jet.value, jet.slope) else { return 0.0 };
                 let miss = self.path.lens_point(y, &ray)[axis] - edge;
                 let by_slope = self.path.lens_point_variation(&ray, axis)[1 + axis];
-                let _ = k;
                 *slope -= miss / by_slope;
                 miss.abs()
             });

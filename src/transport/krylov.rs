@@ -16,6 +16,7 @@ pub(super) struct Solved {
     /// Weights of the directions, which [`Gmres::combine`] adds up.
     pub(super) weights: Vec<f64>,
     /// Norm of the residual relative to that of the right-hand side.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the Newton iteration judges by its own residual"))]
     pub(super) reduction: f64,
 }
 

@@ -10,6 +10,7 @@ mod path;
 mod pyramid;
 mod report;
 mod rounds;
+mod soften;
 mod spline;
 mod start;
 
@@ -40,6 +41,7 @@ impl Solver for Transport {
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
+        self.options.validate().map_err(|error| SolveError::Unsupported { solver: NAME, what: error.to_string() })?;
         let mut summary = Summary::default();
         start::check(bench)?;
         let solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)?;

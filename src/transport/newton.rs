@@ -31,8 +31,6 @@ pub(super) struct Criterion {
 pub(super) struct Outcome {
     pub(super) termination: Termination,
     pub(super) iterations: Vec<Iteration>,
-    /// Root mean square of the residual before the first step and after the last.
-    pub(super) rms: (f64, f64),
 }
 
 /// Most directions of a linear solve.
@@ -77,7 +75,6 @@ impl Newton {
         let mut iterations = Vec::new();
         let mut termination = Termination::IterationLimit;
         let mut sums = settle(equation, state, &mut self.residual, self.height_mm, criterion.rms)?;
-        let before = sums.rms;
         while sums.rms > criterion.rms && iterations.len() < criterion.steps {
             let at = equation.linearise(state, &mut self.residual, &mut self.rows)?;
             let border = equation.linearise_border(state);
@@ -105,7 +102,7 @@ impl Newton {
         if sums.rms <= criterion.rms {
             termination = Termination::Converged;
         }
-        Some(Outcome { termination, iterations, rms: (before, sums.rms) })
+        Some(Outcome { termination, iterations })
     }
 
     /// Solves the linearised equation for the variation; returns the change of mu and the number of products it took.

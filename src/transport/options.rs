@@ -5,7 +5,8 @@
 pub enum Quality {
     /// One receiver cell per pixel and no closed loop: a few tenths of a second, for looking.
     Draft,
-    /// Two receiver cells per pixel and two rounds of the closed loop: seconds.
+    /// Two receiver cells per pixel and two rounds of the closed loop, six where the picture starts far off, as white lines on
+    /// black do: seconds.
     #[default]
     Normal,
     /// As normal with up to five rounds: what the grid can give, in a few times the time.
@@ -33,6 +34,9 @@ pub struct Options {
     pub rounds: Option<usize>,
     /// The least light that a black part of the picture gets.
     pub floor: BlackFloor,
+    /// The manufacturable variant: no beam folded, and no radius of curvature below this, mm. What that costs in accuracy
+    /// is stated among the warnings.
+    pub min_radius_mm: Option<f64>,
 }
 
 /// Options that no solver can work with.
@@ -47,6 +51,9 @@ pub enum OptionsError {
     /// A floor that leaves no black or no light.
     #[error("a floor of black of {0} of the mean; it must lie between {least} and {most}", least = Options::FLOOR_LIMITS.0, most = Options::FLOOR_LIMITS.1)]
     Floor(f64),
+    /// A radius that is none.
+    #[error("a least radius of curvature of {0} mm; it must lie between {least} mm and {most} mm", least = Options::RADIUS_LIMITS_MM.0, most = Options::RADIUS_LIMITS_MM.1)]
+    Radius(f64),
 }
 
 impl Options {
@@ -56,6 +63,9 @@ impl Options {
     pub const MOST_ROUNDS: usize = 50;
     /// Accepted floors of black, relative to the mean.
     pub const FLOOR_LIMITS: (f64, f64) = (1e-4, 0.5);
+
+    /// Accepted least radii of curvature, mm.
+    pub const RADIUS_LIMITS_MM: (f64, f64) = (0.001, 1000.0);
 
     /// The defaults of a quality.
     pub fn new(quality: Quality) -> Self {
@@ -73,6 +83,10 @@ impl Options {
         if let Some(rounds) = self.rounds.filter(|&n| n > Self::MOST_ROUNDS) {
             return Err(OptionsError::Rounds(rounds));
         }
+        let (least, most) = Self::RADIUS_LIMITS_MM;
+        if let Some(radius) = self.min_radius_mm.filter(|radius| !(least..=most).contains(radius)) {
+            return Err(OptionsError::Radius(radius));
+        }
         match self.floor {
             BlackFloor::Relative(floor) if !(Self::FLOOR_LIMITS.0..=Self::FLOOR_LIMITS.1).contains(&floor) => {
                 Err(OptionsError::Floor(floor))
@@ -87,6 +101,15 @@ impl Options {
             Quality::Normal => 2,
             Quality::Fine => 5,
         })
+    }
+
+    /// Rounds for pictures that start far off, as white lines on black do.
+    pub(super) fn hard_rounds(&self) -> usize {
+        match (self.rounds, self.quality) {
+            (Some(rounds), _) => rounds,
+            (None, Quality::Draft) => 0,
+            (None, Quality::Normal | Quality::Fine) => 6,
+        }
     }
 
     /// Beams per lens cell along each axis of the closed loop's view.

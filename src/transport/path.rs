@@ -78,11 +78,6 @@ impl OpticalPath {
         }
     }
 
-    /// `du/db`, inverted.
-    pub(super) fn kappa(&self) -> f64 {
-        self.kappa
-    }
-
     pub(super) fn distance_mm(&self) -> f64 {
         self.distance_mm
     }

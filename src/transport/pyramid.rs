@@ -31,6 +31,8 @@ pub(super) struct Solved {
     pub(super) newton: Newton,
 }
 
+/// Name of the levels' stage.
+pub(super) const STAGE: &str = "pyramid";
 /// Coarsest receiver grid, cells along its shorter side.
 const COARSEST: usize = 12;
 /// Least receiver cells along the shorter side of the finest grid, so that tiny pictures have edges too.
@@ -103,7 +105,7 @@ pub(super) fn solve(
             why: "the start asks for rays beyond the limit of refraction".into(),
         })?;
         height_mm = newton.height_mm;
-        summary.levels.push(record("pyramid".into(), grid, outcome, began));
+        summary.levels.push(record(STAGE.into(), grid, outcome, began));
         progress.advance(done + 1);
         if done + 1 == sizes.len() {
             return Ok(Solved { cells, per_cell, grid, light, state: current, newton });

@@ -12,17 +12,43 @@ const FOLDED: f64 = 1e-5;
 /// Relative RMS error of a picture that is worth a word.
 const WEAK: f64 = 0.05;
 
-/// Adds warnings to the summary of a finished run.
+/// What a surface could not be given.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Flaws {
+    /// Lens nodes whose ray does not land as planned.
+    pub(super) missed: usize,
+    /// The closed loop's iteration that led to the surface did not converge.
+    pub(super) unconverged: bool,
+    /// What softening did.
+    pub(super) softened: Option<Softening>,
+}
+
+/// How a face was made manufacturable.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Softening {
+    pub(super) radius_mm: f64,
+    /// Nodes that still break a rule.
+    pub(super) violations: usize,
+}
+
+/// Adds warnings to the summary of a finished run. `unsoftened` is the least error of a face before softening.
 pub(super) fn describe(
     seen: &Caustic,
     wanted: &Field<f64>,
     error: f64,
-    missed: usize,
+    flaws: &Flaws,
+    unsoftened: f64,
     bench: &Bench,
     summary: &mut Summary,
 ) {
     let mut warnings = Vec::new();
-    for level in summary.levels.iter().filter(|level| level.termination != Termination::Converged) {
+    // Coarse levels are only a start, and rounds of the closed loop that went wrong were taken back.
+    let finest = summary.levels.iter().rposition(|level| level.stage == super::pyramid::STAGE);
+    let last = summary.levels.len().checked_sub(1).filter(|_| flaws.unconverged);
+    for level in [finest, last].into_iter().flatten().map(|k| &summary.levels[k]) {
+        if level.termination == Termination::Converged {
+            continue;
+        }
         let reached = level.iterations.last().map_or(f64::NAN, |iteration| iteration.objective);
         warnings.push(format!(
             "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is {reached:.1e} instead of {:.0e}; a larger offset (--offset) makes the picture easier",
@@ -40,10 +66,21 @@ pub(super) fn describe(
             100.0 * seen.folded
         ));
     }
+    let missed = flaws.missed;
     if missed > 0 {
         warnings.push(format!(
             "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes (--nodes) or a larger offset (--offset) help"
         ));
+    }
+    if let Some(Softening { radius_mm, violations }) = flaws.softened {
+        warnings.push(format!(
+            "a least radius of {radius_mm} mm without folds costs accuracy: the light differs from the picture by {error:.4} of its mean (root mean square), at best by {unsoftened:.4} before softening"
+        ));
+        if violations > 0 {
+            warnings.push(format!(
+                "{violations} nodes of the face are still sharper than {radius_mm} mm or folded; take a smaller radius or a larger offset (--offset)"
+            ));
+        }
     }
     if error > WEAK {
         warnings.push(format!(

@@ -3,17 +3,18 @@
 use super::{
     NAME, Options,
     carry::Carrier,
-    equation::Equation,
+    equation::{Equation, State},
     light,
     newton::Criterion,
     pyramid::{FORCING, RMS, Solved, record},
     report,
+    soften::soften,
 };
 use crate::{
     bench::Bench,
     forward::{self, Caustic, Geometry},
     grid::Field,
-    optim::Summary,
+    optim::{Summary, Termination},
     solver::{Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
@@ -22,12 +23,18 @@ use std::time::Instant;
 
 /// Most that a round changes the logarithm of the light.
 const MOST_CHANGE: f64 = 0.5;
+/// Greatest correction of the mean height that can be meant, as a share of the distance.
+const MOST_SHIFT: f64 = 0.01;
 /// Newton steps of a round; the start is close.
-const STEPS: usize = 4;
+const STEPS: usize = 12;
 
 /// How firmly a round corrects: van Cittert iterations and the share of the correction. A round that made it worse is taken
 /// back and repeated one stage weaker; after the last stage the loop ends.
 const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
+/// A first error beyond which the loop starts with the gentle stage.
+const HARD: f64 = 0.1;
+/// The first stage without van Cittert iterations.
+const GENTLE: usize = 2;
 /// A round that takes away less than this share of the error is the last of its stage.
 const LEAST_GAIN: f64 = 0.03;
 
@@ -36,8 +43,12 @@ struct Best {
     surface: HeightField,
     seen: Caustic,
     error: f64,
-    missed: usize,
+    /// What could not be had, and what softening cost.
+    flaws: report::Flaws,
     light: Field<f64>,
+    state: State,
+    /// The iteration that led here did not converge.
+    unconverged: bool,
 }
 
 /// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned.
@@ -53,47 +64,68 @@ pub(super) fn close(
     summary: &mut Summary,
 ) -> Result<HeightField, SolveError> {
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
-    let rounds = options.rounds();
+    let mut rounds = options.rounds();
     let mut carrier = Carrier::new(bench.block(), nodes);
     let mut best: Option<Best> = None;
     let mut stage = 0;
+    let mut unconverged = false;
+    let mut unsoftened = f64::INFINITY;
     progress.begin("closed loop", rounds);
     for round in 0..=rounds {
         let began = Instant::now();
         let carried = carrier.heights(&Equation::new(bench, grid, &light).path, &state.spline);
-        newton.height_mm -= carried.heights_mm.mean();
+        // Nodes that were missed may lie anywhere, and would spoil the mean.
+        let mean = carried.heights_mm.mean();
+        if carried.missed == 0 && mean.abs() < MOST_SHIFT * bench.distance_mm() {
+            newton.height_mm -= mean;
+        }
         let surface = HeightField::new(bench.block(), carried.heights_mm);
         let highest = surface.heights_mm().min_max().1;
         // Also where a height is not a number.
         if highest.is_nan() || highest >= bench.distance_mm() {
+            if best.is_some() {
+                break;
+            }
             return Err(SolveError::ReachesReceiver { height_mm: highest, distance_mm: bench.distance_mm() });
         }
-        let seen = look(&surface, bench, options.beams(), (cells.nx(), cells.ny()));
+        let look = |surface: &HeightField| look(surface, bench, options.beams(), (cells.nx(), cells.ny()));
+        let mut flaws = report::Flaws { missed: carried.missed, softened: None, unconverged: false };
+        let (surface, seen) = match options.min_radius_mm {
+            None => {
+                let seen = look(&surface);
+                (surface, seen)
+            }
+            Some(radius_mm) => {
+                unsoftened = unsoftened.min(relative_rms(&look(&surface).irradiance, &cells));
+                let softened = soften(surface, bench, radius_mm);
+                flaws.softened = Some(report::Softening { radius_mm, violations: softened.violations });
+                let seen = look(&softened.surface);
+                (softened.surface, seen)
+            }
+        };
         let error = relative_rms(&seen.irradiance, &cells);
-        if std::env::var("TRY").is_ok() {
-            eprintln!(
-                "round {round}: error {error:.5} missed {} folded {:.2e} stage {stage} {:?}",
-                carried.missed,
-                seen.folded,
-                began.elapsed()
-            );
+        if round == 0 && error > HARD {
+            // White on black: creases are what the lens cannot hold, and firm corrections only fold them.
+            stage = GENTLE;
+            rounds = options.hard_rounds();
         }
         let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
         if gain > 0.0 {
-            best = Some(Best { surface, seen, error, missed: carried.missed, light: light.clone() });
+            best = Some(Best { surface, seen, error, flaws, light: light.clone(), state: state.clone(), unconverged });
         }
-        stage += usize::from(gain < LEAST_GAIN);
+        stage += usize::from(gain.is_nan() || gain < LEAST_GAIN);
         let Some(best) = best.as_ref().filter(|_| round < rounds && stage < STAGES.len()) else { break };
         light.as_mut_slice().copy_from_slice(best.light.as_slice());
+        if gain.is_nan() || gain <= 0.0 {
+            state.clone_from(&best.state);
+        }
         correct(&mut light, &best.seen.irradiance, &cells, per_cell, options.floor(), STAGES[stage]);
-        let equation = Equation::new(bench, grid, &light);
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
-        let outcome = newton.run(&equation, &mut state, criterion).ok_or_else(|| SolveError::Failed {
-            solver: NAME,
-            nx: grid.nodes().0,
-            ny: grid.nodes().1,
-            why: "the closed loop left the rays that exist".into(),
-        })?;
+        let Some(outcome) = newton.run(&Equation::new(bench, grid, &light), &mut state, criterion) else {
+            // What was found before stands.
+            break;
+        };
+        unconverged = outcome.termination != Termination::Converged;
         summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, began));
         progress.advance(round + 1);
     }
@@ -105,7 +137,8 @@ pub(super) fn close(
             why: "the light of the surface is not a number".into(),
         });
     };
-    report::describe(&best.seen, &cells, best.error, best.missed, bench, summary);
+    let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
+    report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);
     Ok(best.surface)
 }
 
@@ -141,7 +174,7 @@ fn correct(
         .map(|(s, w)| ((s + floor) / (w + floor)).ln().clamp(-MOST_CHANGE, MOST_CHANGE))
         .collect();
     let excess = sharpen(Field::from_vec(seen.nx(), seen.ny(), data), sharpenings);
-    let factor = light::interpolate(&excess, per_cell, |d| (-share * d).exp());
+    let factor = light::interpolate(&excess, per_cell, |d| (-share * d.clamp(-MOST_CHANGE, MOST_CHANGE)).exp());
     let nx = light.nx();
     light.as_mut_slice().par_chunks_mut(nx).zip(factor.as_slice().par_chunks(nx)).for_each(|(light, factor)| {
         light.iter_mut().zip(factor).for_each(|(light, factor)| *light *= factor);

@@ -268,6 +268,31 @@ fn options_out_of_range_are_refused_with_their_limit() {
     let refused = |options: Options| options.validate().unwrap_err().to_string();
     assert!(refused(Options { cells_per_pixel: Some(0), ..Options::default() }).contains("between 1 and 16"));
     assert!(refused(Options { rounds: Some(1000), ..Options::default() }).contains("at most 50"));
+    assert!(refused(Options { min_radius_mm: Some(0.0), ..Options::default() }).contains("between 0.001 mm"));
     let floor = Options { floor: BlackFloor::Relative(f64::NAN), ..Options::default() };
     assert!(refused(floor).contains("NaN"));
+}
+
+#[test]
+fn the_manufacturable_variant_keeps_its_radius_without_folds_and_states_its_price() {
+    let bench = bench(40.0, 40.0, 150.0, GLASS);
+    let target = picture(40, 40, 0.02);
+    let solve = |min_radius_mm| {
+        let options = Options { min_radius_mm, ..Options::default() };
+        Transport { options }.solve(&target, &bench, (161, 161), &Silent).unwrap()
+    };
+    let (sharp, soft) = (solve(None), solve(Some(2.0)));
+    let spline = SurfaceSpline::through(&soft.surface);
+    for j in 0..161 {
+        for i in 0..161 {
+            let [xx, xy, yy] = spline.sample(bench.block().node(i, j, 161, 161)).curvature;
+            assert!((0.5 * (xx + yy)).abs() + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt() <= 1.0 / 2.0 + 1e-12);
+        }
+    }
+    let caustic = irradiance(&spline, &bench, Geometry::Displaced, (320, 320), (40, 40));
+    assert!(caustic.folded == 0.0, "{}", caustic.folded);
+    let (price, before) = (error(&soft, &target, &bench), error(&sharp, &target, &bench));
+    println!("softened: {price:.4} for {before:.4}");
+    assert!(before < price && price < 0.15, "{price} for {before}");
+    assert!(soft.summary.warnings.iter().any(|w| w.contains("costs accuracy")), "{:?}", soft.summary.warnings);
 }

@@ -21,6 +21,7 @@
 mod accel;
 mod beams;
 mod block;
+pub mod crosscheck;
 mod film;
 pub mod load;
 mod mesh;
@@ -29,6 +30,7 @@ mod optics;
 mod photons;
 pub mod picture;
 mod scene;
+mod shading;
 pub mod solid;
 mod spline;
 mod trace;

@@ -6,6 +6,7 @@ use crate::{
     block::{Block, Diagonal},
     optics::{Interface, Refraction, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal},
+    shading::node_normals,
     spline::Bicubic,
 };
 use glam::{DVec2, DVec3};
@@ -71,22 +72,13 @@ impl BlockTracer {
         let Interface::Refracted(entered) = refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior) else {
             return Err(SceneError::Light(scene.light));
         };
-        let spline = || {
-            let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
-            Bicubic::through(&block.heights, block.nx, block.ny, lo, hi)
-        };
         let face = match scene.surface {
-            Surface::Spline => Face::Spline(spline()),
+            Surface::Spline => {
+                let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
+                Face::Spline(Bicubic::through(&block.heights, block.nx, block.ny, lo, hi))
+            }
             Surface::Facets => Face::Facets,
-            Surface::Smooth => Face::Smooth(block.normals.clone().unwrap_or_else(|| {
-                let spline = spline();
-                let normal = |k: usize| {
-                    let p = block.node(k % block.nx, k / block.nx);
-                    let jet = spline.jet(p.x, p.y);
-                    DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
-                };
-                (0..block.heights.len()).map(normal).collect()
-            })),
+            Surface::Smooth => Face::Smooth(node_normals(block)),
         };
         Ok(Self {
             ior: scene.ior,

@@ -1,0 +1,228 @@
+//! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what both see.
+
+use super::{error::Failure, judge::open_block, length::Length, side_file::SideFile};
+use clap::ValueEnum;
+use glam::DVec2;
+use glasswarp_verify::{
+    Image, Scene, Window,
+    crosscheck::{CrosscheckError, Distances, ImageAgreement, Job, MapAgreement, PERCENTILES, Renderer, Study},
+    picture,
+};
+use std::{
+    ffi::OsString,
+    path::{Path, PathBuf},
+};
+
+#[derive(clap::Args)]
+pub(crate) struct CrosscheckArgs {
+    /// The block: .stl, .obj or .glb
+    block: PathBuf,
+
+    /// The renderer
+    #[arg(long, value_name = "RENDERER")]
+    with: RendererName,
+
+    /// What to compare
+    #[arg(long, value_name = "MODE", default_value = "map")]
+    mode: Mode,
+
+    /// Folder for the scene, which is kept [default: beside the block, its name with .crosscheck-RENDERER]
+    #[arg(long, value_name = "DIR")]
+    scene: Option<PathBuf>,
+
+    /// Only write the scene
+    #[arg(long)]
+    write_only: bool,
+
+    /// The renderer's executable, if it is not the usual one in the PATH
+    #[arg(long, value_name = "FILE")]
+    program: Option<OsString>,
+
+    /// The side file with the bench [default: beside the block, with the extension .toml]
+    #[arg(long, value_name = "FILE")]
+    bench: Option<PathBuf>,
+
+    /// Another distance from the mean plane of the exit face than the side file's
+    #[arg(long, value_name = "LENGTH")]
+    distance: Option<Length>,
+
+    /// Another refractive index than the side file's
+    #[arg(long, value_name = "N")]
+    ior: Option<f64>,
+
+    /// Pixels across, rounded up to a multiple of 8
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=4096))]
+    pixels: u32,
+
+    /// Fail (exit code 3) if the difference exceeds this: in map mode the rms distance in mm, or one ray in a thousand
+    /// landing by one of both only; in image mode the relative RMS at a quarter of the pixels, with the noise of one run
+    #[arg(long, value_name = "DIFFERENCE")]
+    max_difference: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum RendererName {
+    /// POV-Ray 3.7
+    Povray,
+    /// Blender's Cycles, 3.4 or later
+    Blender,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Mode {
+    /// Landing points of rays, without noise: seconds
+    Map,
+    /// The caustic, against the renderer's noise: minutes
+    Image,
+}
+
+/// Rays that may land by one of both only, as a part of all.
+const CONTESTED: f64 = 1e-3;
+
+pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
+    let side = SideFile::of_block(&args.block, args.bench.as_deref())?;
+    let (mesh, block) = open_block(&args.block)?;
+    let renderer = match args.with {
+        RendererName::Povray => Renderer::PovRay,
+        RendererName::Blender => Renderer::Blender,
+    };
+    let folder = args
+        .scene
+        .clone()
+        .unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", super::settings::name_of(args.with))));
+    let (ior, distance_mm) =
+        (args.ior.unwrap_or(side.bench.ior), args.distance.map_or(side.bench.distance_mm, |length| length.mm));
+    let size_mm = DVec2::new(side.bench.window_width_mm, side.bench.window_height_mm);
+    // Image mode averages eight pixels.
+    let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
+    let pixels = |size: DVec2| {
+        let nx = eight(f64::from(args.pixels));
+        (nx, eight(nx as f64 * size.y / size.x))
+    };
+    let (nx, ny) = pixels(size_mm);
+    let scene = Scene::new(ior, distance_mm, Window { size_mm, centre_mm: DVec2::ZERO, nx, ny });
+    let study = Study::new(&mesh, &block, &scene).map_err(Failure::refused)?;
+    println!(
+        "{} seen by the verifier and by {}, index {ior}, receiver {distance_mm} mm from the mean exit plane",
+        args.block.display(),
+        renderer.name(),
+    );
+    match args.mode {
+        Mode::Map => {
+            let (nx, ny) = pixels(block.size_mm());
+            let ours = study.landings(nx, ny).map_err(Failure::refused)?;
+            let job = study.write_map(renderer, &folder, &ours).map_err(failed)?;
+            if !rendered(args, &job)? {
+                return Ok(());
+            }
+            let agreement = study.compare_map(&job, &ours).map_err(failed)?;
+            print_map(&agreement, job.quantum_mm());
+            demand_map(&agreement, args.max_difference)
+        }
+        Mode::Image => {
+            let ours = study.image(renderer).map_err(Failure::refused)?;
+            let job = study.write_image(renderer, &folder, &ours).map_err(failed)?;
+            if !rendered(args, &job)? {
+                return Ok(());
+            }
+            let (agreement, theirs) = study.compare_image(&job, &ours).map_err(failed)?;
+            write_images(&folder, &ours, &theirs)?;
+            print_image(&agreement);
+            demand_image(&agreement, args.max_difference)
+        }
+    }
+}
+
+/// Renders, unless only the scene was asked for.
+fn rendered(args: &CrosscheckArgs, job: &Job) -> Result<bool, Failure> {
+    println!("  scene          {} (README.txt there says how to run it by hand)", job.folder().display());
+    if args.write_only {
+        for command in job.commands() {
+            println!("  to render      {command}");
+        }
+        return Ok(false);
+    }
+    job.run(args.program.as_deref()).map_err(failed)?;
+    Ok(true)
+}
+
+fn print_map(agreement: &MapAgreement, quantum_mm: f64) {
+    println!("  rays           {} land by both, {} by one of them only", agreement.rays, agreement.contested);
+    print!("\nDistance between landing points, um     rms");
+    PERCENTILES.iter().for_each(|p| print!(" {:>8}", format!("{p} %")));
+    println!("    worst");
+    let line = |name: &str, d: &Distances| {
+        print!("  {name:<32} {:>8.2}", 1e3 * d.rms_mm);
+        d.percentiles_mm.iter().for_each(|mm| print!(" {:>8.2}", 1e3 * mm));
+        println!(" {:>8.2}", 1e3 * d.worst_mm);
+    };
+    line("same normals, interpolated", &agreement.smooth);
+    line("the spline surface", &agreement.spline);
+    let shift = 1e3 * agreement.smooth.shift_mm;
+    println!("  mean shift of the renderer's picture: ({:.3}, {:.3}) um", shift.x, shift.y);
+    if quantum_mm > 0.0 {
+        println!("  the renderer's picture has steps of {:.2} um", 1e3 * quantum_mm);
+    }
+}
+
+fn demand_map(agreement: &MapAgreement, limit: Option<f64>) -> Result<(), Failure> {
+    let Some(limit) = limit else { return Ok(()) };
+    let rms = agreement.smooth.rms_mm;
+    if rms.is_nan() || rms > limit {
+        let what =
+            format!("the landing points differ by {rms:.5} mm rms, above the limit of {limit} (--max-difference)");
+        return Err(Failure::FellShort(what));
+    }
+    let (contested, rays) = (agreement.contested, agreement.rays);
+    if contested as f64 > CONTESTED * rays as f64 {
+        return Err(Failure::FellShort(format!("{contested} rays land by one of both only, {rays} by both")));
+    }
+    Ok(())
+}
+
+fn print_image(agreement: &ImageAgreement) {
+    println!("\nRelative RMS difference    one run   its noise   without noise");
+    for level in &agreement.levels {
+        let pixels = format!("at {} pixels across", level.pixels);
+        println!("  {pixels:<24} {:>8.4} {:>11.4} {:>15.4}", level.rel_rms, level.noise, level.without_noise);
+    }
+    println!("  over the inner nine tenths of the window, all images normalised to the mean 1");
+    if agreement.black > 0 {
+        println!(
+            "  {} of {} pixels are black in the renderer's picture only, and were left out",
+            agreement.black, agreement.pixels
+        );
+    }
+}
+
+fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Failure> {
+    let (Some(limit), Some(level)) = (limit, agreement.levels.get(1)) else { return Ok(()) };
+    if level.rel_rms.is_nan() || level.rel_rms > limit {
+        return Err(Failure::FellShort(format!(
+            "the caustics differ by {:.4} (relative RMS at {} pixels), above the limit of {limit} (--max-difference)",
+            level.rel_rms, level.pixels
+        )));
+    }
+    Ok(())
+}
+
+/// Writes both caustics beside the scene, in the same scale.
+fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failure> {
+    let white = ours.values.iter().copied().fold(0.0, f64::max);
+    for (name, image) in [("verifier", ours), ("renderer", theirs)] {
+        let exr = picture::write_exr(&folder.join(format!("{name}.exr")), image);
+        let png = exr.and_then(|()| picture::write_png(&folder.join(format!("{name}.png")), image, white));
+        png.map_err(Failure::writing)?;
+    }
+    Ok(())
+}
+
+fn failed(error: CrosscheckError) -> Failure {
+    match error {
+        CrosscheckError::Scene(_) | CrosscheckError::Dark => Failure::refused(error),
+        CrosscheckError::Write { .. } => Failure::writing(error),
+        CrosscheckError::NotInstalled { .. } | CrosscheckError::Failed { .. } | CrosscheckError::Picture { .. } => {
+            Failure::Io { what: "the renderer gave no picture".into(), source: error.into() }
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Agreement of landing points.
+
+use glam::DVec2;
+
+/// Percentiles that are reported.
+pub const PERCENTILES: [f64; 4] = [50.0, 90.0, 99.0, 99.9];
+
+/// Where the verifier's rays land, mm; `None` for rays that never arrive. In the order of pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Landings {
+    /// Columns.
+    pub nx: usize,
+    /// Rows.
+    pub ny: usize,
+    /// With interpolated vertex normals over flat triangles, as renderers see the block.
+    pub smooth: Vec<Option<DVec2>>,
+    /// By the spline surface.
+    pub spline: Vec<Option<DVec2>>,
+}
+
+impl Landings {
+    /// Least and greatest corner of all landing points with interpolated normals, mm.
+    pub fn range_mm(&self) -> Option<(DVec2, DVec2)> {
+        let mut landed = self.smooth.iter().flatten();
+        let first = *landed.next()?;
+        Some(landed.fold((first, first), |(lo, hi), &p| (lo.min(p), hi.max(p))))
+    }
+}
+
+/// Distances between two sets of points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Distances {
+    /// Root of the mean square distance, mm.
+    pub rms_mm: f64,
+    /// Greatest distance, mm.
+    pub worst_mm: f64,
+    /// Distances that so many of the rays do not exceed ([`PERCENTILES`]), mm; the first is the median.
+    pub percentiles_mm: [f64; 4],
+    /// Mean of the differences, mm: a shift of the whole picture.
+    pub shift_mm: DVec2,
+}
+
+/// Agreement of a renderer's landing points with the verifier's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MapAgreement {
+    /// Rays that land by both.
+    pub rays: usize,
+    /// Rays that land by one of them only.
+    pub contested: usize,
+    /// Distance from the verifier's landing points, with interpolated normals as the renderer has them.
+    pub smooth: Distances,
+    /// Distance from the landing points of the spline surface: what a renderer's normals miss of it is in this.
+    pub spline: Distances,
+}
+
+impl MapAgreement {
+    /// Compares; nothing if no ray lands by both.
+    pub(super) fn between(ours: &Landings, theirs: &[Option<DVec2>]) -> Option<Self> {
+        let pairs = |ours: &[Option<DVec2>]| -> Vec<DVec2> {
+            ours.iter().zip(theirs).filter_map(|(a, b)| Some((*b)? - (*a)?)).collect()
+        };
+        let contested = ours.smooth.iter().zip(theirs).filter(|(a, b)| a.is_some() != b.is_some()).count();
+        let smooth = pairs(&ours.smooth);
+        Some(Self {
+            rays: smooth.len(),
+            contested,
+            smooth: Distances::of(&smooth)?,
+            spline: Distances::of(&pairs(&ours.spline))?,
+        })
+    }
+}
+
+impl Distances {
+    fn of(differences: &[DVec2]) -> Option<Self> {
+        let n = differences.len();
+        let mut lengths: Vec<f64> = differences.iter().map(|d| d.length()).collect();
+        lengths.sort_unstable_by(f64::total_cmp);
+        let worst_mm = *lengths.last()?;
+        Some(Self {
+            rms_mm: (lengths.iter().map(|l| l * l).sum::<f64>() / n as f64).sqrt(),
+            worst_mm,
+            // The nearest rank: the least distance that this part of the rays does not exceed.
+            percentiles_mm: PERCENTILES.map(|p| lengths[((p / 100.0 * n as f64).ceil() as usize).clamp(1, n) - 1]),
+            shift_mm: differences.iter().sum::<DVec2>() / n as f64,
+        })
+    }
+}

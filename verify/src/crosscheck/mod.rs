@@ -1,0 +1,208 @@
+//! Putting the verifier before independent renderers: POV-Ray and Blender.
+//!
+//! A [`Study`] of a block writes a complete scene for a renderer into a folder ([`Job`]), which can be run by hand, runs it,
+//! and reads the linear picture back. There are two comparisons:
+//!
+//! - **Map**: on a bench with light straight along `+z` camera rays *are* light rays. An orthographic camera behind the block
+//!   looks through it at a receiver whose colour encodes the position: every pixel is the landing point of one ray, without
+//!   noise. See [`Study::compare_map`].
+//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs. See
+//!   [`Study::compare_image`].
+//!
+//! Like is compared with like: renderers interpolate vertex normals over flat triangles, so the verifier does too
+//! ([`Surface::Smooth`]), with the same normals. The distance to the spline surface is stated besides.
+
+mod blender;
+mod image;
+mod job;
+mod map;
+mod povray;
+mod shaded;
+
+pub use image::{ImageAgreement, ImageLevel};
+pub use job::{CrosscheckError, Job};
+pub use map::{Distances, Landings, MapAgreement, PERCENTILES};
+
+use crate::{
+    beams::beams,
+    block::Block,
+    film::Image,
+    mesh::Mesh,
+    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    trace::{End, Tracer},
+};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use shaded::ShadedMesh;
+use std::path::Path;
+
+/// An independent program that can follow light through glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Renderer {
+    /// POV-Ray 3.7: rays, and photon maps.
+    PovRay,
+    /// Blender's Cycles, 3.4 or later: rays, and manifold next-event estimation.
+    Blender,
+}
+
+impl Renderer {
+    /// Name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PovRay => "POV-Ray",
+            Self::Blender => "Blender",
+        }
+    }
+
+    /// Name of the executable.
+    pub fn program(self) -> &'static str {
+        match self {
+            Self::PovRay => "povray",
+            Self::Blender => "blender",
+        }
+    }
+
+    /// How to get it.
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::PovRay => "Debian and Ubuntu: apt-get install povray; else https://www.povray.org",
+            Self::Blender => "Debian and Ubuntu: apt-get install blender; else https://www.blender.org",
+        }
+    }
+
+    /// Whether this renderer's caustic has Fresnel's losses in it.
+    fn fresnel(self) -> Fresnel {
+        match self {
+            Self::PovRay => Fresnel::Off,
+            Self::Blender => Fresnel::On,
+        }
+    }
+}
+
+/// A block on a bench, ready to be shown to renderers.
+#[derive(Clone, Copy, Debug)]
+pub struct Study<'a> {
+    mesh: &'a Mesh,
+    block: &'a Block,
+    scene: Scene,
+}
+
+/// Beams per pixel along each side in the verifier's own image.
+const BEAMS_PER_PIXEL: usize = 4;
+
+impl<'a> Study<'a> {
+    /// A block, the mesh in which it was recognised, and the bench. Surface, geometry and Fresnel's losses are chosen by
+    /// each comparison; image mode looks at the scene's window.
+    ///
+    /// # Errors
+    /// Light that is not straight along `+z`, or a bench that cannot be.
+    pub fn new(mesh: &'a Mesh, block: &'a Block, scene: &Scene) -> Result<Self, SceneError> {
+        if scene.light.normalize_or_zero() != DVec3::Z {
+            return Err(SceneError::Needs("renderers are shown light straight along +z only"));
+        }
+        scene.validate(block.height_range_mm().1)?;
+        Ok(Self { mesh, block, scene: Scene { geometry: Geometry::Displaced, ..*scene } })
+    }
+
+    fn tracer(&self, surface: Surface, fresnel: Fresnel) -> Result<Tracer, SceneError> {
+        Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene })
+    }
+
+    /// The verifier's landing points of rays through the centres of `nx * ny` equal cells of the block's outline, in the
+    /// order of pictures: row 0 at the greatest y, column 0 at the greatest x.
+    ///
+    /// # Errors
+    /// See [`Tracer::for_block`].
+    pub fn landings(&self, nx: usize, ny: usize) -> Result<Landings, SceneError> {
+        let trace = |surface| {
+            let tracer = self.tracer(surface, Fresnel::Off)?;
+            let land = |k: usize| match tracer.path(self.start(k % nx, k / nx, nx, ny)).end {
+                End::Receiver(at) => Some(at),
+                _ => None,
+            };
+            Ok((0..nx * ny).into_par_iter().map(land).collect::<Vec<_>>())
+        };
+        Ok(Landings { nx, ny, smooth: trace(Surface::Smooth)?, spline: trace(Surface::Spline)? })
+    }
+
+    /// Where the ray of a pixel of map mode starts, mm.
+    fn start(&self, column: usize, row: usize, nx: usize, ny: usize) -> DVec2 {
+        let part = DVec2::new((column as f64 + 0.5) / nx as f64, (row as f64 + 0.5) / ny as f64);
+        self.block.upper - part * self.block.size_mm()
+    }
+
+    /// The verifier's own image for comparison with this renderer.
+    ///
+    /// # Errors
+    /// See [`Tracer::for_block`].
+    pub fn image(&self, renderer: Renderer) -> Result<Image, SceneError> {
+        let tracer = self.tracer(Surface::Smooth, renderer.fresnel())?;
+        let window = &self.scene.window;
+        // Beams as wide as the window's pixels over BEAMS_PER_PIXEL, were the block as large as the window.
+        Ok(beams(&tracer, window.nx * BEAMS_PER_PIXEL, window.ny * BEAMS_PER_PIXEL).image)
+    }
+
+    /// Writes the scene of map mode into `folder`, which is made if it is missing.
+    ///
+    /// # Errors
+    /// Whatever the file system refuses, and a block none of whose light arrives.
+    pub fn write_map(&self, renderer: Renderer, folder: &Path, ours: &Landings) -> Result<Job, CrosscheckError> {
+        let (from, to) = ours.range_mm().ok_or(CrosscheckError::Dark)?;
+        let margin = DVec2::splat(1.0).max(0.02 * (to - from));
+        let landed = [from - margin, to + margin];
+        let shaded = ShadedMesh::new(self.mesh, self.block);
+        let job = match renderer {
+            Renderer::PovRay => povray::map(folder, landed, (ours.nx, ours.ny)),
+            Renderer::Blender => blender::map(folder, landed, (ours.nx, ours.ny)),
+        };
+        self.write(&job, &shaded, renderer)?;
+        Ok(job)
+    }
+
+    /// Writes the scene of image mode into `folder`; `ours` is [`Study::image`].
+    ///
+    /// # Errors
+    /// Whatever the file system refuses.
+    pub fn write_image(&self, renderer: Renderer, folder: &Path, ours: &Image) -> Result<Job, CrosscheckError> {
+        let shaded = ShadedMesh::new(self.mesh, self.block);
+        let job = match renderer {
+            Renderer::PovRay => {
+                let peak = ours.values.iter().copied().fold(0.0, f64::max);
+                if peak <= 0.0 {
+                    return Err(CrosscheckError::Dark);
+                }
+                povray::image(folder, peak, self.block.size_mm(), (ours.nx, ours.ny))
+            }
+            Renderer::Blender => blender::image(folder, (ours.nx, ours.ny)),
+        };
+        self.write(&job, &shaded, renderer)?;
+        Ok(job)
+    }
+
+    fn write(&self, job: &Job, shaded: &ShadedMesh, renderer: Renderer) -> Result<(), CrosscheckError> {
+        job.make_folder()?;
+        match renderer {
+            Renderer::PovRay => povray::write(job, self, shaded)?,
+            Renderer::Blender => blender::write(job, self, shaded)?,
+        }
+        job.write_readme()
+    }
+
+    /// Reads the map that a finished job has rendered, and compares it with the verifier's.
+    ///
+    /// # Errors
+    /// A picture that cannot be read, or has another size.
+    pub fn compare_map(&self, job: &Job, ours: &Landings) -> Result<MapAgreement, CrosscheckError> {
+        MapAgreement::between(ours, &job.read_landings(ours.nx, ours.ny)?).ok_or(CrosscheckError::Dark)
+    }
+
+    /// Reads the two caustics that a finished job has rendered, and compares them with the verifier's. Also gives their
+    /// mean, normalised as `ours` is.
+    ///
+    /// # Errors
+    /// Pictures that cannot be read, have another size, are dark, or clipped.
+    pub fn compare_image(&self, job: &Job, ours: &Image) -> Result<(ImageAgreement, Image), CrosscheckError> {
+        let runs = job.read_images(ours.nx, ours.ny)?;
+        ImageAgreement::between(ours, &runs).ok_or(CrosscheckError::Dark)
+    }
+}

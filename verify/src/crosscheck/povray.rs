@@ -1,0 +1,129 @@
+//! Scenes for POV-Ray 3.7, and its pictures.
+
+use super::{
+    Renderer, Study,
+    job::{Code, CrosscheckError, Job, Run},
+    shaded::ShadedMesh,
+};
+use glam::{DVec2, Vec3};
+use std::{
+    io::{self, Write},
+    path::Path,
+};
+
+const MAP: &str = include_str!("povray_map.pov");
+const IMAGE: &str = include_str!("povray_image.pov");
+
+/// The brightest pixel of the verifier's image, in what a 16-bit picture can hold: photon maps have grain.
+const BRIGHTEST: f64 = 0.5;
+/// Photons across the block.
+const PHOTONS_ACROSS: f64 = 4000.0;
+
+fn run(scene: &str, output: &str, (nx, ny): (usize, usize), more: Option<String>) -> Run {
+    let mut args: Vec<String> = vec![
+        format!("+I{scene}"),
+        format!("+O{output}"),
+        format!("+W{nx}"),
+        format!("+H{ny}"),
+        "+FN16".into(),
+        "File_Gamma=1.0".into(),
+        "-A".into(),
+        "-D".into(),
+        "-V".into(),
+    ];
+    args.extend(more);
+    Run { args, output: output.into() }
+}
+
+pub(super) fn map(folder: &Path, landed: [DVec2; 2], pixels: (usize, usize)) -> Job {
+    Job {
+        renderer: Renderer::PovRay,
+        folder: folder.into(),
+        code: Code::Landings(landed),
+        pixels,
+        runs: vec![run("map.pov", "map.png", pixels, None)],
+    }
+}
+
+/// `peak` is the verifier's brightest pixel; its scale is the renderer's too.
+pub(super) fn image(folder: &Path, peak: f64, size: DVec2, pixels: (usize, usize)) -> Job {
+    let spacing = size.max_element() / PHOTONS_ACROSS;
+    // Photons start on a lattice and are jittered by a fixed sequence: another spacing is another noise.
+    let runs = [spacing, spacing * 1.0137].into_iter().enumerate().map(|(k, spacing)| {
+        run("image.pov", &format!("image-{}.png", k + 1), pixels, Some(format!("Declare=Spacing={spacing}")))
+    });
+    Job {
+        renderer: Renderer::PovRay,
+        folder: folder.into(),
+        code: Code::Irradiance { clipped: 1.0, exposure: BRIGHTEST / peak },
+        pixels,
+        runs: runs.collect(),
+    }
+}
+
+pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
+    job.write("block.inc", |out| mesh(out, shaded))?;
+    let (name, template) = match job.code {
+        Code::Landings(_) => ("map.pov", MAP),
+        Code::Irradiance { .. } => ("image.pov", IMAGE),
+    };
+    job.write(name, |out| {
+        writeln!(out, "// Millimetres; light travels +z. To render it, in this folder:")?;
+        for command in job.commands() {
+            writeln!(out, "//   {command}")?;
+        }
+        let (block, scene) = (study.block, &study.scene);
+        let mut declare = |name: &str, value: f64| writeln!(out, "#declare {name} = {value};");
+        declare("Index", scene.ior)?;
+        declare("Distance", scene.distance_mm)?;
+        declare("Entry_Z", block.entry_z)?;
+        declare("Top_Z", block.height_range_mm().1)?;
+        let window = &scene.window;
+        let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
+        let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
+        declare("Reach", 3.0 * reach.max_element())?;
+        let mut pair = |name: &str, v: DVec2| writeln!(out, "#declare {name} = <{}, {}>;", v.x, v.y);
+        pair("Block_From", block.lower)?;
+        pair("Block_To", block.upper)?;
+        match job.code {
+            Code::Landings([from, to]) => {
+                pair("Landed_From", from)?;
+                pair("Landed_To", to)?;
+            }
+            Code::Irradiance { exposure, .. } => {
+                pair("Window_From", corners[0])?;
+                pair("Window_To", corners[1])?;
+                writeln!(out, "#declare Light = {exposure};")?;
+                writeln!(out, "#declare First_Spacing = {};", block.size_mm().max_element() / PHOTONS_ACROSS)?;
+            }
+        }
+        writeln!(out)?;
+        out.write_all(template.as_bytes())
+    })
+}
+
+fn mesh(out: &mut dyn Write, shaded: &ShadedMesh) -> io::Result<()> {
+    let vectors = |out: &mut dyn Write, name: &str, vectors: &[Vec3]| {
+        writeln!(out, "  {name} {{ {}", vectors.len())?;
+        vectors.iter().try_for_each(|v| writeln!(out, ",<{},{},{}>", v.x, v.y, v.z))?;
+        writeln!(out, "  }}")
+    };
+    writeln!(out, "#declare Block = mesh2 {{")?;
+    vectors(out, "vertex_vectors", &shaded.positions)?;
+    vectors(out, "normal_vectors", &shaded.normals)?;
+    // Vertices and normals go in pairs.
+    for name in ["face_indices", "normal_indices"] {
+        writeln!(out, "  {name} {{ {}", shaded.triangles.len())?;
+        shaded.triangles.iter().try_for_each(|[a, b, c]| writeln!(out, ",<{a},{b},{c}>"))?;
+        writeln!(out, "  }}")?;
+    }
+    writeln!(out, "  inside_vector <0, 0, 1>\n}}")
+}
+
+/// Pixels of a 16-bit PNG, 0..1.
+#[allow(clippy::type_complexity)]
+pub(super) fn read(path: &Path) -> Result<((usize, usize), Vec<[f32; 3]>), String> {
+    let picture = image::open(path).map_err(|error| error.to_string())?.into_rgb16();
+    let size = (picture.width() as usize, picture.height() as usize);
+    Ok((size, picture.pixels().map(|p| p.0.map(|v| f32::from(v) / f32::from(u16::MAX))).collect()))
+}
