@@ -8,7 +8,7 @@ use glasswarp::{
 };
 use glasswarp_verify::{
     Beams, Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer, Traversal,
-    Window, beams,
+    Window, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
@@ -158,7 +158,10 @@ impl Examiner {
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
         let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
         let (nx, ny) = self.beams();
-        Ok(beams(&tracer, nx, ny))
+        Ok(match (subject, surface) {
+            (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
+            _ => beams(&tracer, nx, ny),
+        })
     }
 
     /// How well an image agrees with the target, if there is one.

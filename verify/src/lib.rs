@@ -35,7 +35,7 @@ pub mod solid;
 mod spline;
 mod trace;
 
-pub use beams::{Beams, beams};
+pub use beams::{Beams, beams, facet_beams};
 pub use block::{Block, BlockError};
 pub use film::{Flux, Image};
 pub use mesh::{CornerNormals, Mesh};

@@ -5,7 +5,8 @@ mod common;
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
-    Block, Image, PhotonError, PhotonPlan, PhotonTally, Scene, Surface, Tracer, Traversal, beams, metrics, photons,
+    Block, Image, PhotonError, PhotonPlan, PhotonTally, Scene, Surface, Tracer, Traversal, beams, facet_beams, metrics,
+    photons,
 };
 
 const SIZE: DVec2 = DVec2::new(100.0, 80.0);
@@ -47,6 +48,21 @@ fn photons_and_beams_agree_within_the_stated_noise() {
         let own = noisy.error_against(&sharp.image).unwrap();
         assert!(own.mean_square.abs() < 4.0 * own.mean_square_error, "nothing is left against itself: {own:?}");
     }
+}
+
+#[test]
+fn beams_of_whole_facets_are_exact() {
+    let block = Block::from_mesh(&block(101, 81, SIZE, -15.0, relief)).unwrap();
+    let tracer = Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene(SIZE, 64, 250.0) }).unwrap();
+    let exact = facet_beams(&tracer, &block);
+    assert!((exact.flux.total() - 1.0).abs() < 1e-12 && exact.beams == 16_000);
+    let off = |image: &Image| metrics::compare(image, &exact.image).unwrap().rel_rms;
+    // Beams across the edges come nearer with the first power of their width.
+    let (wide, narrow) = (off(&beams(&tracer, 800, 640).image), off(&beams(&tracer, 3200, 2560).image));
+    assert!(narrow < 0.4 * wide, "{wide} {narrow}");
+    let noisy = photons(&tracer, &PhotonPlan::new(4_000_000, 3)).unwrap();
+    let between = noisy.error_against(&exact.image).unwrap();
+    assert!(between.mean_square.abs() < 4.0 * between.mean_square_error, "{between:?}");
 }
 
 #[test]
