@@ -21,6 +21,7 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
         "block.panel.png",
         "block.caustic.png",
         "block.difference.png",
+        "block.budget.png",
         "block.contours.png",
     ] {
         assert!(fs::metadata(workshop.path(name)).is_ok_and(|m| m.len() > 100), "{name} of {:?}", workshop.files());
@@ -28,7 +29,187 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     for word in ["relative RMS", "SSIM", "250 mm", "mean plane of the exit face", "100.00 x 66.67 mm"] {
         assert!(outcome.out.contains(word), "'{word}' is not in\n{}", outcome.out);
     }
+    for step in [
+        "the solver's own map",
+        "height field, on the normal-mapped plane",
+        "height field, on the displaced surface",
+        "block.stl read back, its smooth surface",
+        "smooth normals",
+        "flat triangles",
+        "block.glb read back",
+        "block.obj read back: the vertices of block.stl, bit by bit",
+        "the paper's plane would be wrong by",
+    ] {
+        assert!(outcome.out.contains(step), "'{step}' is not in\n{}", outcome.out);
+    }
     assert!(workshop.files().iter().all(|name| !name.contains(".part")));
+}
+
+/// The number that follows `name` on its line.
+fn figure(text: &str, name: &str) -> f64 {
+    let line =
+        text.lines().find(|line| line.trim_start().starts_with(name)).unwrap_or_else(|| panic!("{name}:\n{text}"));
+    line.trim_start()[name.len()..].split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn the_budget_tells_the_plane_from_the_surface() {
+    let workshop = Workshop::new();
+    let near = workshop.run("design picture.png -o near.stl --nodes 97 --distance 60").out;
+    let far = workshop.run("design picture.png -o far.stl --nodes 97 --distance 900").out;
+    for out in [&near, &far] {
+        // The solver's view of its own surface and the verifier's of the heights and of the file are one light.
+        let own = figure(out, "the solver's own map");
+        for step in ["height field, on the displaced surface", "near.stl read back, its smooth surface"] {
+            let step = step.replace("near", if out == &near { "near" } else { "far" });
+            assert!((figure(out, &step) - own).abs() < 2e-3, "{step}: {out}");
+        }
+    }
+    let plane = |out| figure(out, "height field, on the normal-mapped plane");
+    assert!(plane(&near) > 5.0 * plane(&far), "{near}{far}");
+}
+
+/// Text of a closed plano-convex lens as PLY: a spherical cap of radius 60 mm on a disc of radius 20 mm.
+fn lens_ply() -> String {
+    let (rings, sectors, radius, rim) = (40, 96, 60.0_f64, 20.0_f64);
+    let height = |r: f64| (radius * radius - r * r).sqrt() - (radius * radius - rim * rim).sqrt();
+    let mut vertices = vec![(0.0, 0.0, height(0.0)), (0.0, 0.0, 0.0)];
+    let mut faces = Vec::new();
+    for k in 1..=rings {
+        let r = rim * f64::from(k) / f64::from(rings);
+        for s in 0..sectors {
+            let angle = std::f64::consts::TAU * f64::from(s) / f64::from(sectors);
+            vertices.push((r * angle.cos(), r * angle.sin(), height(r)));
+        }
+    }
+    let at = |ring: i32, s: i32| if ring == 0 { 0 } else { 2 + (ring - 1) * sectors + s % sectors };
+    for s in 0..sectors {
+        faces.push(vec![0, at(1, s), at(1, s + 1)]);
+        faces.push(vec![1, at(rings, s + 1), at(rings, s)]);
+        (1..rings).for_each(|k| faces.push(vec![at(k, s), at(k + 1, s), at(k + 1, s + 1), at(k, s + 1)]));
+    }
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+        vertices.len(),
+        faces.len()
+    );
+    vertices.iter().for_each(|(x, y, z)| text += &format!("{x} {y} {z}\n"));
+    for face in &faces {
+        let indices: Vec<String> = face.iter().map(ToString::to_string).collect();
+        text += &format!("{} {}\n", face.len(), indices.join(" "));
+    }
+    text
+}
+
+#[test]
+fn a_solid_of_others_is_traced_without_a_side_file() {
+    let workshop = Workshop::new();
+    fs::write(workshop.path("lens.ply"), lens_ply()).unwrap();
+    // Focal length 60 / (1.5 - 1) = 120 mm; the light passes through 39.9 x 39.9 mm minus the corners.
+    let line = "verify lens.ply --ior 1.5 --distance 120 --window 8mm --pixels 32 --photons 200000 -o focus.exr";
+    let outcome = workshop.run(line);
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    assert!(outcome.out.contains("solid, traced as its flat triangles"), "{}", outcome.out);
+    let disc = 100.0 * std::f64::consts::PI / 4.0;
+    let (window, beside) = (figure(&outcome.out, "light"), 100.0 - disc);
+    assert!((window - disc).abs() < 0.3, "{}", outcome.out);
+    let passed = outcome.out.lines().find(|line| line.contains("passes beside")).unwrap();
+    assert!((passed.split_whitespace().next().unwrap().parse::<f64>().unwrap() - beside).abs() < 0.3, "{passed}");
+    // A picture may be wanted of it, and then it is judged.
+    let judged = workshop.run(&format!("{line} --target picture.png --max-error 0.01"));
+    assert_eq!(judged.code, SHORT, "{}", judged.err);
+    workshop.refuses("verify lens.ply --ior 1.5", REFUSED, &["side file", "--distance"]);
+    workshop.refuses("verify lens.ply --ior 1.5 --distance 2 --pixels 8", REFUSED, &["not beyond the solid"]);
+    workshop.refuses("verify lens.ply --ior 0.5 --distance 99 --pixels 8", REFUSED, &["index", "0.5"]);
+    workshop.refuses("verify lens.ply --ior 1.5 --distance 99 --window 1x2x3", REFUSED, &["1x2x3"]);
+    workshop.refuses(&format!("{line} --max-error 0.01"), REFUSED, &["--target"]);
+    let open = lens_ply().replace("element face 3936", "element face 3935");
+    assert_ne!(open, lens_ply());
+    fs::write(workshop.path("open.ply"), open).unwrap();
+    workshop.refuses("verify open.ply --ior 1.5 --distance 120 --pixels 8", MESH, &["open edges"]);
+}
+
+#[test]
+fn parts_of_a_photon_run_merge_to_the_whole_byte_by_byte() {
+    let workshop = Workshop::new();
+    assert_eq!(workshop.run("design picture.png -o block.stl --nodes 65 --no-verify").code, FINE);
+    let line = "verify block.stl --photons 30000 --seed 7 --pixels 24";
+    for part in 1..=3 {
+        let outcome = workshop.run(&format!("{line} --shard {part}/3 --tally part{part}.exr"));
+        assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    }
+    assert_eq!(workshop.run(&format!("{line} --tally whole.exr")).code, FINE);
+    let outcome =
+        workshop.run("verify merge part2.exr part3.exr part1.exr --tally merged.exr -o light.exr -o light.png");
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    assert!(outcome.out.contains("the whole run"), "{}", outcome.out);
+    let bytes = |name: &str| fs::read(workshop.path(name)).unwrap();
+    assert!(bytes("merged.exr") == bytes("whole.exr"));
+    assert_eq!(workshop.run("verify merge whole.exr -o whole-light.exr").code, FINE);
+    assert!(bytes("light.exr") == bytes("whole-light.exr"));
+
+    let half = workshop.run("verify merge part1.exr part2.exr");
+    assert!(half.code == FINE && half.out.contains("a part of the run"), "{}", half.out);
+    workshop.refuses("verify merge part1.exr part2.exr part1.exr --tally x.exr", REFUSED, &["in both", "part1.exr"]);
+    assert_eq!(
+        workshop
+            .run("verify block.stl --distance 251 --photons 30000 --seed 7 --pixels 24 --shard 3/3 --tally other.exr")
+            .code,
+        FINE
+    );
+    workshop.refuses("verify merge part1.exr other.exr", REFUSED, &["another bench", "other.exr"]);
+    workshop.refuses("verify merge light.exr", REFUSED, &["light.exr", "no photon tally"]);
+    workshop.refuses("verify merge nothing.exr", FILE, &["nothing.exr"]);
+    workshop.refuses("verify merge part1.exr -o light.jpg", REFUSED, &[".exr"]);
+    workshop.refuses(&format!("{line} --shard 0/3 --tally x.exr"), REFUSED, &["0/3", "1/"]);
+    workshop.refuses(&format!("{line} --shard 1/3"), REFUSED, &["--tally"]);
+    workshop.refuses(&format!("{line} --shard 1/300 --tally x.exr"), REFUSED, &["shards is 300", "128"]);
+}
+
+#[test]
+fn a_sweep_gives_numbers_images_and_curves() {
+    let workshop = Workshop::new();
+    assert_eq!(workshop.run("design picture.png -o block.stl --nodes 65 --no-verify").code, FINE);
+    let outcome =
+        workshop.run("verify block.stl --sweep distance=80..800 --steps 3 -o sweep.csv -o sweep.exr -o sweep.png");
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    assert!(outcome.out.contains("(relief / distance)^"), "{}", outcome.out);
+    let columns = |name: &str, wanted: &str| -> Vec<f64> {
+        let text = fs::read_to_string(workshop.path(name)).unwrap();
+        let mut lines = text.lines();
+        let at = lines.next().unwrap().split(',').position(|column| column == wanted).unwrap();
+        lines.map(|line| line.split(',').nth(at).unwrap().parse().unwrap()).collect()
+    };
+    assert_eq!(columns("sweep.csv", "distance_mm"), [80.0, 252.9822, 800.0]);
+    for falls in ["plane_rel_rms", "relief_mm", "plane_moves"] {
+        assert!(columns("sweep.csv", falls).windows(2).all(|pair| pair[1] < pair[0]), "{falls}");
+    }
+    let exr = exr::prelude::read_all_flat_layers_from_file(workshop.path("sweep.exr")).unwrap();
+    let names: Vec<String> =
+        exr.layer_data.iter().map(|layer| layer.attributes.layer_name.clone().unwrap().to_string()).collect();
+    assert_eq!(names.len(), 3 * 4);
+    assert!(names[..2] == ["distance_mm=80 displaced", "distance_mm=80 plane"], "{names:?}");
+    assert_eq!(image::open(workshop.path("sweep.png")).unwrap().width(), 900);
+
+    // One block away from its bench is wrong; designed anew it is not.
+    let off = workshop.run("verify block.stl --sweep distance=125..500 --steps 3 --as-built -o off.csv");
+    assert_eq!(off.code, FINE, "{}", off.err);
+    let (built, anew) = (columns("off.csv", "displaced_rel_rms"), columns("sweep.csv", "displaced_rel_rms"));
+    assert!(built[0] > 5.0 * built[1] && built[2] > 5.0 * built[1] && anew.iter().all(|e| *e < built[0]), "{built:?}");
+    for (range, column) in [("size=80..160", "size_mm"), ("index=1.45..1.6", "index"), ("nodes=33..65", "nodes")] {
+        let outcome = workshop.run(&format!("verify block.stl --sweep {range} --steps 2 -o one.csv"));
+        assert_eq!(outcome.code, FINE, "{}", outcome.err);
+        assert_eq!(columns("one.csv", column), columns("one.csv", "value"), "{range}");
+    }
+    // Light along the axis does not care how thick the block is; a sheet that the relief does not fit into is passed over.
+    let outcome = workshop.run("verify block.stl --sweep thickness=3..30 --steps 3 -o thick.csv");
+    assert!(outcome.code == FINE && outcome.err.contains("thickness_mm = 3"), "{}", outcome.err);
+    let errors = columns("thick.csv", "displaced_rel_rms");
+    assert!(errors.len() == 2 && errors[0] == errors[1], "{errors:?}");
+    workshop.refuses("verify block.stl --sweep colour=1..2", REFUSED, &["colour", "distance"]);
+    workshop.refuses("verify block.stl --sweep nodes=33..65 --as-built", REFUSED, &["--as-built"]);
+    workshop.refuses("verify block.stl --sweep distance=1..2 -o x.stl", REFUSED, &[".csv"]);
 }
 
 #[test]

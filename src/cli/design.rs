@@ -1,27 +1,22 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
+    budget::{self, Files, Step},
     error::Failure,
-    judge::{self, Judgement},
+    judge::{self, Examiner, Judgement, Place},
+    plan::Plan,
     progress::TerminalProgress,
-    settings::{QualityName, Settings, SolverName, TransferName, name_of},
-    side_file::{self, BenchRecord},
+    settings::{Settings, name_of},
+    side_file::{self, BenchRecord, SideFile},
 };
 use glasswarp::{
-    bench::{Bench, ExitFace},
     export::{self, Design, ExportError, Format},
-    grid::Extent,
-    materials,
     optim::Termination,
-    pipeline::{self, Block, DesignError},
+    pipeline::Block,
     report::{self, Exposure},
-    solid::Stock,
-    solver::Solver,
     surface::HeightField,
-    target::{Picture, PictureError, TargetIrradiance, Transfer},
-    transport::{Options, Quality, Transport},
-    warp::{Warping, WarpingPaper},
 };
+use glasswarp_verify::{Image, PhotonPlan};
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -50,71 +45,32 @@ pub(crate) struct DesignArgs {
     no_verify: bool,
 }
 
-/// What the settings mean, validated.
-struct Plan {
-    picture: PathBuf,
-    outputs: Vec<PathBuf>,
-    target: TargetIrradiance,
-    bench: Bench,
-    nodes: (usize, usize),
-    stock: Stock,
-    solver: SolverName,
-    transfer: TransferName,
-    /// The settings with every default filled in that must not change when the block is made again.
-    settings: Settings,
-}
-
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
-    let plan = plan(args)?;
+    let (plan, outputs) = plan(args)?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
-    let solver = solver(&plan)?;
-    let block = pipeline::design(&plan.target, &plan.bench, plan.nodes, solver.as_ref(), plan.stock, &progress);
+    let block = plan.design(&progress);
     progress.finish();
-    let block = block.map_err(Failure::refused)?;
+    let block = block?;
     let solved = start.elapsed();
-    write_files(&plan, &block)?;
-    let judgement = if args.no_verify { None } else { Some(judge_output(&plan)?) };
-    let pictures = match &judgement {
-        Some(judgement) => write_pictures(&plan, &block.surface, judgement)?,
+    write_files(&plan, &outputs, &block)?;
+    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &outputs, &block)?) };
+    let pictures = match &opinion {
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block.surface)?,
         None => Vec::new(),
     };
-    print_summary(&plan, &block, solved, judgement.as_ref(), &pictures);
-    match (judgement, args.max_error) {
-        (Some(judgement), limit) => judgement.demand(limit),
-        (None, _) => Ok(()),
+    print_summary(&plan, &outputs, &block, solved, &pictures);
+    if let Some(opinion) = &opinion {
+        opinion.judgement.print();
+        budget::print(&opinion.steps, plan.bench.distance_mm());
     }
+    for warning in &block.summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+    opinion.map_or(Ok(()), |opinion| opinion.judgement.demand(args.max_error))
 }
 
-/// The solver that was chosen, with its options.
-fn solver(plan: &Plan) -> Result<Box<dyn Solver>, Failure> {
-    let Settings { quality, min_radius, .. } = plan.settings;
-    if plan.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some()) {
-        return Err(Failure::Usage(format!(
-            "--quality and --min-radius are options of the transport solver; the {} solver has none",
-            name_of(plan.solver)
-        )));
-    }
-    Ok(match plan.solver {
-        SolverName::Transport => {
-            let options = Options {
-                quality: match quality.unwrap_or_default() {
-                    QualityName::Draft => Quality::Draft,
-                    QualityName::Normal => Quality::Normal,
-                    QualityName::Fine => Quality::Fine,
-                },
-                min_radius_mm: min_radius.map(|length| length.mm),
-                ..Options::default()
-            };
-            options.validate().map_err(Failure::refused)?;
-            Box::new(Transport { options })
-        }
-        SolverName::Warping => Box::new(Warping::default()),
-        SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
-    })
-}
-
-fn plan(args: &DesignArgs) -> Result<Plan, Failure> {
+fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
     let is_design = args.picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
     let mut settings = args.settings.clone();
     let picture = if is_design {
@@ -134,44 +90,7 @@ fn plan(args: &DesignArgs) -> Result<Plan, Failure> {
         Format::from_path(output).map_err(Failure::refused)?;
         export::probe(output).map_err(Failure::writing)?;
     }
-    let values = open_picture(&picture, settings.transfer.map(Transfer::from))?;
-    let offset = settings.offset.unwrap_or(0.1);
-    let target = TargetIrradiance::from_picture(&values, offset).map_err(Failure::refused)?;
-    let (nx, ny) = (target.cells().nx(), target.cells().ny());
-    let width_mm = settings.size.map_or(100.0, |length| length.mm);
-    let ior = match (&settings.material, settings.ior) {
-        (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
-            Failure::Usage(format!(
-                "there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index"
-            ))
-        })?,
-        (None, ior) => ior.unwrap_or(1.5),
-    };
-    let block = Extent::new(width_mm, width_mm * ny as f64 / nx as f64);
-    let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
-    let bench = Bench::new(block, distance_mm, ExitFace::Refracts { ior }).map_err(Failure::refused)?;
-    let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
-    let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
-    let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
-    if let Some(least) = settings.min_thickness {
-        stock = stock.leaving_at_least(least.mm);
-    }
-    stock.check().map_err(|error| Failure::refused(DesignError::from(error)))?;
-    (settings.nodes, settings.offset) = (Some(across), Some(offset));
-    let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
-    let solver = settings.solver.unwrap_or_default();
-    Ok(Plan { picture, outputs, target, bench, nodes, stock, solver, transfer, settings })
-}
-
-/// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.
-pub(crate) fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Failure> {
-    Picture::open(path, transfer).map_err(|error| match error {
-        PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
-            Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }
-        }
-        PictureError::Value { .. } | PictureError::Size { .. } => Failure::refused(error),
-    })
+    Ok((Plan::new(picture, settings)?, outputs))
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {
@@ -182,11 +101,11 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
 }
 
-fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
+fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<(), Failure> {
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
-    for output in &plan.outputs {
+    for output in outputs {
         export::export(output, &block.solid, &design).map_err(|error| match error {
             ExportError::Write(error) => Failure::writing(error),
             refused => Failure::refused(refused),
@@ -220,19 +139,64 @@ fn write_files(plan: &Plan, block: &Block) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Judges the first STL, or without one the first output: what a shop would get.
-fn judge_output(plan: &Plan) -> Result<Judgement, Failure> {
-    let first = &plan.outputs[0];
-    let output = plan.outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(first);
-    let side = side_file::SideFile::read(&side_file::path_beside(output))?;
-    judge::judge(output, &side.bench, &plan.target, judge::Look::default())
+/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
+const PHOTONS: u64 = 1_000_000;
+/// Pixels across at which a design is judged, at most.
+const PIXELS: usize = 1024;
+
+/// What the verifier says of the files of a design.
+struct Opinion {
+    judgement: Judgement,
+    steps: Vec<Step>,
+    wanted: Image,
 }
 
-/// Prints what was made and how good it is.
-fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option<&Judgement>, pictures: &[PathBuf]) {
+impl Opinion {
+    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
+    /// most.
+    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
+        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
+        let judged = stl.unwrap_or(&outputs[0]);
+        // The bench as the side file gives it, which is what a stranger would have.
+        let side = SideFile::read(&side_file::path_beside(judged))?;
+        let files = Files::read(judged, outputs)?;
+        let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
+        let judgement = judge::judge(&files.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
+        let steps = budget::of_design((block, &plan.bench), &files, &examiner, &judgement)?;
+        let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
+        Ok(Self { judgement, steps, wanted })
+    }
+
+    /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
+    /// budget, and the isocontours of the exit face.
+    fn draw(&self, plan: &Plan, output: &Path, surface: &HeightField) -> Result<Vec<PathBuf>, Failure> {
+        let exposure = Exposure::of(&plan.target, plan.transfer.into());
+        let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
+        let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
+        let note = format!("(relative RMS {error:.4})");
+        let pictures = [
+            ("panel", report::panel(&target, &caustic, exposure, &note)),
+            ("caustic", report::irradiance_picture(&caustic, exposure)),
+            ("difference", report::difference_picture(&target, &caustic, exposure)),
+            ("budget", budget::sheet(&self.steps, &self.wanted, exposure)),
+            ("contours", report::isocontours(surface, 1000)),
+        ];
+        pictures
+            .iter()
+            .map(|(kind, picture)| {
+                let path = output.with_extension(format!("{kind}.png"));
+                report::write_png(&path, picture).map_err(Failure::writing)?;
+                Ok(path)
+            })
+            .collect()
+    }
+}
+
+/// Prints what was made.
+fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, pictures: &[PathBuf]) {
     let list = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
     let (solid, bench) = (&block.solid, &plan.bench);
-    println!("{}", list(&plan.outputs));
+    println!("{}", list(outputs));
     println!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
         bench.block().width_mm,
@@ -270,36 +234,4 @@ fn print_summary(plan: &Plan, block: &Block, solved: Duration, judgement: Option
     if !pictures.is_empty() {
         println!("  pictures       {}", list(pictures));
     }
-    if let Some(judgement) = judgement {
-        judgement.print();
-    }
-    for warning in &block.summary.warnings {
-        eprintln!("warning: {warning}");
-    }
-}
-
-/// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, and the
-/// isocontours of the exit face.
-fn write_pictures(plan: &Plan, surface: &HeightField, judgement: &Judgement) -> Result<Vec<PathBuf>, Failure> {
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let [target, caustic] = [&judgement.target, &judgement.caustic].map(|image| {
-        let field = judge::field_of(image);
-        let mean = field.mean();
-        field.map(|v| v / mean)
-    });
-    let note = format!("(relative RMS {:.4})", judgement.metrics.rel_rms);
-    let pictures = [
-        ("panel", report::panel(&target, &caustic, exposure, &note)),
-        ("caustic", report::irradiance_picture(&caustic, exposure)),
-        ("difference", report::difference_picture(&target, &caustic, exposure)),
-        ("contours", report::isocontours(surface, 1000)),
-    ];
-    pictures
-        .iter()
-        .map(|(kind, picture)| {
-            let path = plan.outputs[0].with_extension(format!("{kind}.png"));
-            report::write_png(&path, picture).map_err(Failure::writing)?;
-            Ok(path)
-        })
-        .collect()
 }

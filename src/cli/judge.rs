@@ -1,165 +1,279 @@
-//! Opens an exported file and judges the light that comes through it.
+//! Opens a solid, looks at the light that comes through it, and compares it with the picture.
 
-use super::{diagnosis, error::Failure, side_file::BenchRecord};
+use super::{error::Failure, side_file::BenchRecord};
 use glam::DVec2;
 use glasswarp::{
     grid::Field,
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, SceneError, Surface, Tracer,
-    Traversal, Window, beams,
+    Beams, Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer, Traversal,
+    Window, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
 };
 use std::path::Path;
 
-/// How to look.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Look {
-    /// Pixels across, at most; the picture is averaged down to them.
-    pub(crate) pixels: usize,
-    /// Photons that confirm the beams.
-    pub(crate) photons: u64,
-    /// Seed of the photons.
-    pub(crate) seed: u64,
+/// What is looked at.
+pub(crate) enum Subject {
+    /// A planar entry face and an exit face over a regular grid.
+    Block(Box<Block>),
+    /// Any other closed solid.
+    Solid(Box<Mesh>),
 }
 
-impl Default for Look {
-    fn default() -> Self {
-        Self { pixels: 1024, photons: 4_000_000, seed: 1 }
+impl Subject {
+    /// Opens a file and finds out what it holds.
+    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        Self::of(read(path)?, path)
+    }
+
+    /// Finds out what a mesh is; `path` is where it comes from.
+    pub(crate) fn of(mesh: Mesh, path: &Path) -> Result<Self, Failure> {
+        match Block::from_mesh(&mesh) {
+            Ok(block) => Ok(Self::Block(Box::new(block))),
+            Err(error @ BlockError::Unsound(_)) => Err(not_a_block(path, error)),
+            Err(_) => Ok(Self::Solid(Box::new(mesh))),
+        }
+    }
+
+    pub(crate) fn tracer(&self, scene: &Scene) -> Result<Tracer, Failure> {
+        match self {
+            Self::Block(block) => Tracer::for_block(block, scene),
+            Self::Solid(mesh) => Tracer::for_solid(mesh, scene),
+        }
+        .map_err(Failure::refused)
+    }
+
+    /// The surface that is meant by the file: of a block the smooth one through its vertices, of another solid its facets.
+    fn surface(&self) -> Surface {
+        match self {
+            Self::Block(_) => Surface::Spline,
+            Self::Solid(_) => Surface::Facets,
+        }
+    }
+
+    /// Size seen along the axis, mm.
+    pub(crate) fn size_mm(&self) -> DVec2 {
+        match self {
+            Self::Block(block) => block.size_mm(),
+            Self::Solid(mesh) => {
+                let (lower, upper) = mesh.bounds();
+                (upper - lower).truncate()
+            }
+        }
     }
 }
 
-/// What was found.
-pub(crate) struct Judgement {
-    /// Irradiance on the receiver, by beams through the spline of the true surface.
-    pub(crate) caustic: Image,
-    /// What was wanted there.
-    pub(crate) target: Image,
-    /// The error of `caustic`.
-    pub(crate) metrics: Metrics,
-    /// The same light under other views of the surface: what is being neglected, and the error it makes.
-    pub(crate) views: Vec<(&'static str, Metrics)>,
-    /// Where the light went.
-    pub(crate) flux: Flux,
-    /// The photons' own opinion of the relative RMS error, less their noise.
-    pub(crate) photons: NoisyError,
-    /// Number of photons.
-    pub(crate) photon_count: u64,
-    /// What may be wrong with the block.
-    pub(crate) suspicions: Vec<String>,
+/// Reads a mesh file.
+pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
+    load::read(path).map_err(|error| {
+        let what = format!("{} is no readable mesh", path.display());
+        match error {
+            LoadError::Read { .. } => Failure::Io { what, source: error.into() },
+            LoadError::UnknownExtension { .. } => Failure::refused(error),
+            _ => Failure::InvalidMesh { what, source: Some(error.into()) },
+        }
+    })
+}
+
+/// Reads a mesh and recognises the block in it.
+pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
+    let mesh = read(path)?;
+    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
+    Ok((mesh, block))
+}
+
+fn not_a_block(path: &Path, error: BlockError) -> Failure {
+    Failure::InvalidMesh { what: format!("{} is no block of glass", path.display()), source: Some(error.into()) }
+}
+
+/// Where a subject stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place {
+    pub(crate) ior: f64,
+    pub(crate) distance_mm: f64,
+    pub(crate) window_mm: DVec2,
+}
+
+impl From<&BenchRecord> for Place {
+    fn from(bench: &BenchRecord) -> Self {
+        Self {
+            ior: bench.ior,
+            distance_mm: bench.distance_mm,
+            window_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm),
+        }
+    }
+}
+
+/// Looks at subjects on one bench, always with the same pixels.
+pub(crate) struct Examiner {
+    scene: Scene,
+    wanted: Option<Image>,
 }
 
 /// Beams per pixel along each side; twice as many change the relative RMS error by less than 3e-4.
 const BEAMS_PER_PIXEL: usize = 4;
 
-/// Traces light through the block in `path` on the bench, and compares it with the target.
-pub(crate) fn judge(
-    path: &Path,
-    bench: &BenchRecord,
-    target: &TargetIrradiance,
-    look: Look,
-) -> Result<Judgement, Failure> {
-    let (_, block) = open_block(path)?;
-    let cells = target.cells();
-    let nx = cells.nx().min(look.pixels).max(8);
-    let ny = ((nx * cells.ny()) as f64 / cells.nx() as f64).round().max(8.0) as usize;
-    let wanted = image_of(target.resampled(nx, ny).cells());
-    let window =
-        Window { size_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm), centre_mm: DVec2::ZERO, nx, ny };
-    let scene = Scene::new(bench.ior, bench.distance_mm, window);
-    let tracer = |surface, geometry| {
-        let scene = Scene { surface, geometry, traversal: Traversal::Grid, ..scene };
-        Tracer::for_block(&block, &scene).map_err(refused_scene)
-    };
-    let look_through = |tracer: &Tracer| {
-        let seen = beams(tracer, nx * BEAMS_PER_PIXEL, ny * BEAMS_PER_PIXEL);
-        let metrics = metrics::compare(&seen.image, &wanted).map_err(Failure::refused)?;
-        Ok::<_, Failure>((seen, metrics))
-    };
-    let true_surface = tracer(Surface::Spline, Geometry::Displaced)?;
-    let (seen, metrics) = look_through(&true_surface)?;
-    let mut suspicions = diagnosis::of_dimensions(&block, bench);
-    suspicions.extend(diagnosis::of_picture(&block, &scene, target, &seen.image, &wanted, metrics.rel_rms)?);
-    let mut views = Vec::new();
-    for (name, surface, geometry) in [
-        ("normal-mapped plane (the paper's assumption)", Surface::Spline, Geometry::NormalMappedPlane),
-        ("mesh with smooth normals (renderers)", Surface::Smooth, Geometry::Displaced),
-        ("mesh with flat facets (the file to the letter)", Surface::Facets, Geometry::Displaced),
-    ] {
-        views.push((name, look_through(&tracer(surface, geometry)?)?.1));
+impl Examiner {
+    /// An examiner with `pixels` across, at most as many as the target has.
+    pub(crate) fn new(place: Place, target: Option<&TargetIrradiance>, pixels: usize) -> Self {
+        let (nx, aspect) = match target {
+            Some(target) => {
+                let cells = target.cells();
+                (cells.nx().min(pixels).max(8), cells.ny() as f64 / cells.nx() as f64)
+            }
+            None => (pixels, place.window_mm.y / place.window_mm.x),
+        };
+        let ny = (nx as f64 * aspect).round().clamp(8.0, 32_768.0) as usize;
+        let window = Window { size_mm: place.window_mm, centre_mm: DVec2::ZERO, nx, ny };
+        Self {
+            scene: Scene::new(place.ior, place.distance_mm, window),
+            wanted: target.map(|target| image_of(target.resampled(nx, ny).cells())),
+        }
     }
-    // The photons find their way through the hierarchy, which shares nothing with the lattice of the beams.
-    let by_hierarchy = Tracer::for_block(&block, &scene).map_err(refused_scene)?;
-    let tally = photons(&by_hierarchy, &PhotonPlan::new(look.photons, look.seed)).map_err(Failure::refused)?;
+
+    /// The bench with its pixels, looked at as the file means its surface.
+    pub(crate) fn scene_for(&self, subject: &Subject) -> Scene {
+        Scene { surface: subject.surface(), ..self.scene }
+    }
+
+    /// The pixels of the window.
+    pub(crate) fn pixels(&self) -> (usize, usize) {
+        (self.scene.window.nx, self.scene.window.ny)
+    }
+
+    /// Beams across for this many pixels.
+    pub(crate) fn beams(&self) -> (usize, usize) {
+        let (nx, ny) = self.pixels();
+        (nx * BEAMS_PER_PIXEL, ny * BEAMS_PER_PIXEL)
+    }
+
+    pub(crate) fn wanted(&self) -> Option<&Image> {
+        self.wanted.as_ref()
+    }
+
+    /// The light that comes through the subject, without noise.
+    pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
+        let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
+        let (nx, ny) = self.beams();
+        Ok(match (subject, surface) {
+            (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
+            _ => beams(&tracer, nx, ny),
+        })
+    }
+
+    /// How well an image agrees with the target, if there is one.
+    pub(crate) fn compare(&self, image: &Image) -> Result<Option<Metrics>, Failure> {
+        self.wanted.as_ref().map(|wanted| metrics::compare(image, wanted).map_err(Failure::refused)).transpose()
+    }
+}
+
+/// What was found.
+pub(crate) struct Judgement {
+    /// Irradiance on the receiver, by beams through the surface that the file means.
+    pub(crate) caustic: Image,
+    /// Where the light went, by photons.
+    pub(crate) flux: Flux,
+    /// Number of photons.
+    pub(crate) photon_count: u64,
+    /// The photons' image against that of the beams, less their noise.
+    pub(crate) between: NoisyError,
+    /// The comparison with the target, if there is one.
+    pub(crate) verdict: Option<Verdict>,
+    window_mm: DVec2,
+}
+
+/// How well the light draws the picture.
+pub(crate) struct Verdict {
+    /// The error of the caustic.
+    pub(crate) metrics: Metrics,
+    /// The photons' own opinion of the relative RMS error, less their noise.
+    pub(crate) photons: NoisyError,
+}
+
+/// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
+/// lattice of the beams.
+pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Result<Judgement, Failure> {
+    let seen = examiner.look(subject, subject.surface(), Geometry::Displaced)?;
+    let tally = photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)?;
+    let verdict = match (examiner.compare(&seen.image)?, examiner.wanted()) {
+        (Some(metrics), Some(wanted)) => {
+            Some(Verdict { metrics, photons: tally.error_against(wanted).map_err(Failure::refused)? })
+        }
+        _ => None,
+    };
     Ok(Judgement {
-        caustic: seen.image,
-        metrics,
-        views,
         flux: tally.flux(),
-        photons: tally.error_against(&wanted).map_err(Failure::refused)?,
         photon_count: tally.photons(),
-        target: wanted,
-        suspicions,
+        between: tally.error_against(&seen.image).map_err(Failure::refused)?,
+        verdict,
+        caustic: seen.image,
+        window_mm: examiner.scene.window.size_mm,
     })
 }
 
 impl Judgement {
     /// Fails if the error exceeds a limit that the user set.
     pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
-        match limit {
-            Some(limit) if self.metrics.rel_rms.is_nan() || self.metrics.rel_rms > limit => {
+        match (limit, &self.verdict) {
+            (Some(limit), Some(verdict)) if verdict.metrics.rel_rms.is_nan() || verdict.metrics.rel_rms > limit => {
                 Err(Failure::FellShort(format!(
                     "the caustic's relative RMS error is {:.4}, above the limit of {limit} (--max-error)",
-                    self.metrics.rel_rms
+                    verdict.metrics.rel_rms
                 )))
             }
+            (Some(_), None) => Err(Failure::Usage("--max-error needs a picture: name one with --target".into())),
             _ => Ok(()),
         }
     }
 
     /// Prints the judgement for people.
     pub(crate) fn print(&self) {
-        let m = &self.metrics;
-        println!(
-            "\nDoes the light draw the picture? (traced through the file as read back, {} x {} pixels)",
-            self.caustic.nx, self.caustic.ny
-        );
-        println!("  relative RMS   {:.4}", m.rel_rms);
-        println!("  PSNR           {:.1} dB", m.psnr_db);
-        println!("  SSIM           {:.4}", m.ssim);
-        // The photons' estimate is free of their own noise in the mean, and may be off by a few standard errors.
-        let off = (self.photons.mean_square - m.rel_rms * m.rel_rms) / self.photons.mean_square_error;
-        let verdict = if off.abs() < 5.0 { "confirm it" } else { "DISAGREE" };
-        println!(
-            "  photons        {:.1} million {verdict}: off by {:.1} standard errors",
-            self.photon_count as f64 / 1e6,
-            off.abs()
-        );
-        println!(
-            "  light          {:.3} % in the picture, {:.3} % beside it",
-            100.0 * self.flux.window,
-            100.0 * self.flux.missed
-        );
-        let gone = self.flux.totally_reflected + self.flux.side + self.flux.lost;
-        if gone > 0.0 {
-            println!("                 {:.3} % never arrives: totally reflected or caught inside", 100.0 * gone);
+        let (nx, ny) = (self.caustic.nx, self.caustic.ny);
+        let millions = self.photon_count as f64 / 1e6;
+        if let Some(Verdict { metrics: m, photons }) = &self.verdict {
+            println!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
+            println!("  relative RMS   {:.4}", m.rel_rms);
+            println!("  PSNR           {:.1} dB", m.psnr_db);
+            println!("  SSIM           {:.4}", m.ssim);
+            let [edge, edge_wanted] = m.edge_width_mm(self.window_mm.x / nx as f64);
+            if edge_wanted.is_finite() {
+                println!("  edge width     {edge:.3} mm, {edge_wanted:.3} mm in the picture (10 % to 90 %)");
+            }
+            println!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
+            println!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
+            // The photons' estimate is free of their own noise in the mean, and may be off by a few standard errors.
+            let off = (photons.mean_square - m.rel_rms * m.rel_rms) / photons.mean_square_error;
+            let verdict = if off.abs() < 5.0 { "confirm it" } else { "DISAGREE" };
+            println!("  photons        {millions:.1} million {verdict}: off by {:.1} standard errors", off.abs());
+        } else {
+            println!("\nWhere does the light go? ({nx} x {ny} pixels)");
+            println!(
+                "  photons        {millions:.1} million, image {:.4} +- {:.4} relative RMS from that of the beams",
+                self.between.rel_rms(),
+                self.between.rel_rms_error()
+            );
         }
-        println!("\nThe same block seen otherwise                     relative RMS     SSIM");
-        println!("  {:<46} {:>12.4} {:>8.4}", "the smooth surface through the vertices", m.rel_rms, m.ssim);
-        for (name, view) in &self.views {
-            println!("  {name:<46} {:>12.4} {:>8.4}", view.rel_rms, view.ssim);
-        }
+        print_flux(&self.flux);
     }
 }
 
-/// Reads a mesh and recognises the block in it.
-pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
-    let mesh = load::read(path).map_err(|error| not_read(path, error))?;
-    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
-    Ok((mesh, block))
+/// Prints where the light went, and how much outside of the window.
+pub(crate) fn print_flux(flux: &Flux) {
+    println!("  light          {:.3} % in the window, {:.3} % beside it", 100.0 * flux.window, 100.0 * flux.missed);
+    for (part, fate) in [
+        (flux.totally_reflected, "is totally reflected inside"),
+        (flux.side, "ends at a side wall or meets the solid again"),
+        (flux.reflected, "is partially reflected"),
+        (flux.beside, "passes beside the solid"),
+        (flux.lost, "was LOST by the tracer"),
+    ] {
+        if part > 0.0 {
+            println!("                 {:.3} % {fate}", 100.0 * part);
+        }
+    }
 }
 
 /// A field in the frame's order as the verifier's image, in the picture's.
@@ -168,23 +282,8 @@ pub(crate) fn image_of(cells: &Field<f64>) -> Image {
     Image::new(picture.nx(), picture.ny(), picture.into_vec())
 }
 
-/// The verifier's image as a field in the picture's order.
+/// The verifier's image as a field in the picture's order, mean 1.
 pub(crate) fn field_of(image: &Image) -> Field<f64> {
-    Field::from_vec(image.nx, image.ny, image.values.clone())
-}
-
-fn not_read(path: &Path, error: LoadError) -> Failure {
-    let what = format!("{} is no readable mesh", path.display());
-    match error {
-        LoadError::Read { .. } => Failure::Io { what, source: error.into() },
-        _ => Failure::InvalidMesh { what, source: Some(error.into()) },
-    }
-}
-
-fn not_a_block(path: &Path, error: BlockError) -> Failure {
-    Failure::InvalidMesh { what: format!("{} is no block of glass", path.display()), source: Some(error.into()) }
-}
-
-fn refused_scene(error: SceneError) -> Failure {
-    Failure::refused(error)
+    let mean = image.mean();
+    Field::from_vec(image.nx, image.ny, image.values.iter().map(|v| v / mean).collect())
 }

@@ -1,14 +1,18 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
+mod budget;
 mod crosscheck;
 mod design;
 mod diagnosis;
 mod error;
 mod judge;
 mod length;
+mod plan;
 mod progress;
 mod settings;
+mod shards;
 mod side_file;
+mod sweep;
 mod verify;
 
 use clap::{Parser, Subcommand};
@@ -20,6 +24,8 @@ Examples:
   glasswarp design portrait.png -o block.stl -o block.glb -o block.obj
   glasswarp design logo.png --material pmma --size 15cm --distance 1m -o logo.stl
   glasswarp verify block.stl --target portrait.png
+  glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
+  glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
   glasswarp crosscheck block.stl --with povray
 
 Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error, 2 a request that makes no

@@ -1,21 +1,46 @@
-//! `glasswarp verify`: opens a block as a stranger would and judges the light that comes through it.
+//! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
 
 use super::{
-    design::open_picture,
+    budget, diagnosis,
     error::Failure,
-    judge::{self, Look},
+    judge::{self, Examiner, Judgement, Place, Subject},
     length::Length,
+    plan::open_picture,
     settings::TransferName,
+    shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
+    sweep::{self, Range},
 };
+use clap::{Args, Subcommand};
+use glam::DVec2;
 use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::picture;
-use std::path::{Path, PathBuf};
+use glasswarp_verify::{Image, PhotonPlan, Scene, Traversal, picture};
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
 
-#[derive(clap::Args)]
+#[derive(Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub(crate) struct VerifyArgs {
-    /// The block: .stl, .obj or .glb
-    block: PathBuf,
+    #[command(subcommand)]
+    action: Option<Action>,
+
+    #[command(flatten)]
+    look: LookArgs,
+}
+
+#[derive(Subcommand)]
+enum Action {
+    /// Add up the photon tallies of a run's parts (see --shard)
+    Merge(MergeArgs),
+}
+
+#[derive(Args)]
+pub(crate) struct LookArgs {
+    /// The block, or any closed solid: .stl, .obj, .glb or .ply
+    #[arg(required = true)]
+    block: Option<PathBuf>,
 
     /// The picture that its light shall draw [default: the one named in the side file]
     #[arg(long, value_name = "PICTURE")]
@@ -25,13 +50,18 @@ pub(crate) struct VerifyArgs {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
 
-    /// Look at another distance from the mean plane of the exit face than the side file's
-    #[arg(long, value_name = "LENGTH")]
+    /// From z = 0 (of a block the mean plane of the exit face) to the receiver [default: the side file's]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     distance: Option<Length>,
 
-    /// Look through another refractive index than the side file's
+    /// Refractive index [default: the side file's]
     #[arg(long, value_name = "N")]
     ior: Option<f64>,
+
+    /// Window on the receiver, around the axis: its width, or WIDTHxHEIGHT [default: the side file's, or the size of the
+    /// solid]
+    #[arg(long, value_name = "SIZE")]
+    window: Option<WindowSize>,
 
     /// Constant added to the light of the picture [default: the side file's]
     #[arg(long, value_name = "LIGHT")]
@@ -46,14 +76,40 @@ pub(crate) struct VerifyArgs {
     pixels: u32,
 
     /// Photons that confirm the beams and account for all light
-    #[arg(long, value_name = "N", default_value_t = Look::default().photons)]
+    #[arg(long, value_name = "N", default_value_t = 4_000_000, help_heading = "Photons")]
     photons: u64,
 
     /// Seed of the photons
-    #[arg(long, value_name = "N", default_value_t = Look::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Photons")]
     seed: u64,
 
-    /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear)
+    /// Independent samples into which the photons are cut: their spread is the noise, and a run has at most as many parts
+    #[arg(long, value_name = "N", default_value_t = 128, help_heading = "Photons")]
+    replicates: u32,
+
+    /// Trace photons only, and write their exact sums to this file (OpenEXR)
+    #[arg(long, value_name = "FILE", help_heading = "Photons")]
+    tally: Option<PathBuf>,
+
+    /// Trace only part K of N of the run; 'glasswarp verify merge' adds the tallies up
+    #[arg(long, value_name = "K/N", requires = "tally", help_heading = "Photons")]
+    shard: Option<Shard>,
+
+    /// Design the block anew along a range, and look at every one: distance, size, thickness, index or nodes, as in
+    /// distance=60..1000
+    #[arg(long, value_name = "WHAT=FROM..TO", help_heading = "Sweep", conflicts_with_all = ["tally", "max_error"])]
+    sweep: Option<Range>,
+
+    /// Number of places along the range, in equal ratios
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u32).range(2..=1000), help_heading = "Sweep")]
+    steps: u32,
+
+    /// Do not design anew: look at this very block away from its bench (distance and index only)
+    #[arg(long, requires = "sweep", help_heading = "Sweep")]
+    as_built: bool,
+
+    /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear). Of a sweep: .csv, .exr (all
+    /// images as layers) or .png (the curves)
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
@@ -62,63 +118,175 @@ pub(crate) struct VerifyArgs {
     max_error: Option<f64>,
 }
 
+/// Size of the window: its height follows the target or the solid unless it is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct WindowSize {
+    width: Length,
+    height: Option<Length>,
+}
+
+impl FromStr for WindowSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('x') {
+            Some((width, height)) => Ok(Self { width: width.parse()?, height: Some(height.parse()?) }),
+            None => Ok(Self { width: text.parse()?, height: None }),
+        }
+    }
+}
+
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
+    match (&args.action, &args.look.block) {
+        (Some(Action::Merge(merge)), _) => shards::merge(merge),
+        (None, Some(block)) => look(block, &args.look),
+        (None, None) => Err(Failure::Usage("name a block to verify".into())),
+    }
+}
+
+fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
+    if !block.exists() {
+        return Err(Failure::reading(block, std::io::ErrorKind::NotFound.into()));
+    }
+    let side = read_side_file(block, args)?;
+    if let Some(range) = &args.sweep {
+        let side = side.ok_or_else(|| no_side_file(block, args))?;
+        let place = args.as_built.then_some(block);
+        return sweep::run(range, args.steps as usize, &side, place, args.pixels as usize, &args.output);
+    }
     for output in &args.output {
-        Picture::of(output)?;
+        IrradianceFile::of(output)?;
     }
-    let side = SideFile::of_block(&args.block, args.bench.as_deref())?;
-    let warnings = warnings(args, &side);
-    let mut bench = side.bench.clone();
-    if let Some(distance) = args.distance {
-        bench.distance_mm = distance.mm;
-    }
-    if let Some(ior) = args.ior {
-        bench.ior = ior;
-    }
-    let picture = args
-        .target
-        .as_ref()
-        .or(side.design.picture.as_ref())
-        .ok_or_else(|| Failure::Usage("the side file names no picture: give one with --target".into()))?;
-    let transfer = args.transfer.or(side.design.transfer).map(Transfer::from);
-    let offset = args.offset.or(side.design.offset).unwrap_or(0.0);
-    let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
-    let look = Look { pixels: args.pixels as usize, photons: args.photons, seed: args.seed };
-    let judgement = judge::judge(&args.block, &bench, &target, look)?;
-    for warning in warnings.iter().chain(&judgement.suspicions) {
+    let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
+    let (target, offset) = target(args, side.as_ref())?;
+    let subject = Subject::open(block)?;
+    let place = place(block, args, side.as_ref(), &subject, target.as_ref())?;
+    let examiner = Examiner::new(place, target.as_ref(), args.pixels as usize);
+    let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
+    let plan = PhotonPlan {
+        photons: args.photons,
+        seed: args.seed,
+        replicates: args.replicates,
+        shard: shard.index,
+        shards: shard.of,
+    };
+    for warning in warnings {
         eprintln!("warning: {warning}");
     }
+    if let Some(path) = &args.tally {
+        return shards::trace(block, &subject.tracer(&examiner.scene_for(&subject))?, &plan, path);
+    }
+    let judgement = judge::judge(&subject, &examiner, &plan)?;
+    for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
+        eprintln!("warning: {suspicion}");
+    }
+    let steps = budget::of_file(&subject, &examiner, &judgement)?;
+    let size = subject.size_mm();
+    let what = match &subject {
+        Subject::Block(_) => "block",
+        Subject::Solid(_) => "solid, traced as its flat triangles",
+    };
     println!(
-        "{}: {:.2} x {:.2} mm, index {}, receiver {} mm from the mean exit plane, offset {offset}",
-        args.block.display(),
-        bench.width_mm,
-        bench.height_mm,
-        bench.ior,
-        bench.distance_mm
+        "{}: {what}, {:.2} x {:.2} mm, index {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
+        block.display(),
+        size.x,
+        size.y,
+        place.ior,
+        place.distance_mm,
+        if matches!(subject, Subject::Block(_)) { "the mean exit plane" } else { "z = 0" },
+        place.window_mm.x,
+        place.window_mm.y,
+        offset.map(|offset| format!(", offset {offset}")).unwrap_or_default()
     );
     judgement.print();
+    budget::print(&steps, place.distance_mm);
+    // White is the brightest target, as on the wall.
+    let brightest = examiner.wanted().unwrap_or(&judgement.caustic);
+    let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
-        let written = match Picture::of(output)? {
-            Picture::Exr => picture::write_exr(output, &judgement.caustic),
-            // White is the brightest target, as on the wall.
-            Picture::Png => {
-                let peak = judgement.target.values.iter().copied().fold(0.0, f64::max);
-                picture::write_png(output, &judgement.caustic, peak)
-            }
-        };
-        written.map_err(|error| Failure::Io {
-            what: format!("{} was not written", output.display()),
-            source: error.into(),
-        })?;
+        IrradianceFile::of(output)?.write(output, &judgement.caustic, peak)?;
     }
     judgement.demand(args.max_error)
 }
 
+/// The side file, or `None` where there is none and the flags say what it would.
+fn read_side_file(block: &Path, args: &LookArgs) -> Result<Option<SideFile>, Failure> {
+    let path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(block));
+    if path.exists() {
+        SideFile::read(&path).map(Some)
+    } else if args.bench.is_none() && args.ior.is_some() && args.distance.is_some() {
+        Ok(None)
+    } else {
+        Err(no_side_file(block, args))
+    }
+}
+
+fn no_side_file(block: &Path, args: &LookArgs) -> Failure {
+    let path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(block));
+    Failure::Usage(format!(
+        "there is no side file {}: name one with --bench, keep the .toml that was written with the block beside it, or give --ior and --distance",
+        path.display()
+    ))
+}
+
+/// The picture as light, and its offset. Without a side file a picture need not be named.
+fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrradiance>, Option<f64>), Failure> {
+    let design = side.map(|side| &side.design);
+    let Some(picture) = args.target.as_ref().or(design.and_then(|design| design.picture.as_ref())) else {
+        return match side {
+            Some(_) => Err(Failure::Usage("the side file names no picture: give one with --target".into())),
+            None => Ok((None, None)),
+        };
+    };
+    let transfer = args.transfer.or(design.and_then(|design| design.transfer)).map(Transfer::from);
+    let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
+    let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
+    Ok((Some(target), Some(offset)))
+}
+
+fn place(
+    block: &Path,
+    args: &LookArgs,
+    side: Option<&SideFile>,
+    subject: &Subject,
+    target: Option<&TargetIrradiance>,
+) -> Result<Place, Failure> {
+    let recorded = side.map(|side| Place::from(&side.bench));
+    let ior = args.ior.or(recorded.map(|place| place.ior)).ok_or_else(|| no_side_file(block, args))?;
+    let distance = args.distance.map(|length| length.mm).or(recorded.map(|place| place.distance_mm));
+    let natural = recorded.map_or(subject.size_mm(), |place| place.window_mm);
+    let window_mm = args.window.map_or(natural, |window| {
+        let aspect =
+            target.map_or(natural.y / natural.x, |target| target.cells().ny() as f64 / target.cells().nx() as f64);
+        let width = window.width.mm;
+        DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm))
+    });
+    Ok(Place { ior, distance_mm: distance.ok_or_else(|| no_side_file(block, args))?, window_mm })
+}
+
+/// What may be wrong with a block that was not designed as it lies here.
+fn suspicions(
+    subject: &Subject,
+    examiner: &Examiner,
+    side: Option<&SideFile>,
+    target: Option<&TargetIrradiance>,
+    judgement: &Judgement,
+) -> Result<Vec<String>, Failure> {
+    let Subject::Block(block) = subject else { return Ok(Vec::new()) };
+    let mut found = side.map(|side| diagnosis::of_dimensions(block, &side.bench)).unwrap_or_default();
+    if let (Some(target), Some(wanted), Some(verdict)) = (target, examiner.wanted(), &judgement.verdict) {
+        let scene = Scene { traversal: Traversal::Grid, ..examiner.scene_for(subject) };
+        let error = verdict.metrics.rel_rms;
+        found.extend(diagnosis::of_picture(block, &scene, target, &judgement.caustic, wanted, error)?);
+    }
+    Ok(found)
+}
+
 /// What does not fit together between the side file and what lies on the disk.
-fn warnings(args: &VerifyArgs, side: &SideFile) -> Vec<String> {
+fn warnings(block: &Path, args: &LookArgs, side: &SideFile) -> Vec<String> {
     let mut warnings = Vec::new();
-    let name = args.block.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    match (side.files.get(&name), side_file::sha256(&args.block)) {
+    let name = block.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    match (side.files.get(&name), side_file::sha256(block)) {
         (Some(recorded), Ok(found)) if *recorded != found => warnings
             .push(format!("{name} is not the file that was written with its side file: its content has changed since")),
         _ => {}
@@ -132,13 +300,14 @@ fn warnings(args: &VerifyArgs, side: &SideFile) -> Vec<String> {
     warnings
 }
 
-enum Picture {
+/// A file of irradiance, by its extension.
+pub(crate) enum IrradianceFile {
     Exr,
     Png,
 }
 
-impl Picture {
-    fn of(path: &Path) -> Result<Self, Failure> {
+impl IrradianceFile {
+    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         match extension.as_str() {
             "exr" => Ok(Self::Exr),
@@ -148,5 +317,14 @@ impl Picture {
                 path.display()
             ))),
         }
+    }
+
+    /// Writes an image; in a PNG `peak` becomes white.
+    pub(crate) fn write(&self, path: &Path, image: &Image, peak: f64) -> Result<(), Failure> {
+        let written = match self {
+            Self::Exr => picture::write_exr(path, image),
+            Self::Png => picture::write_png(path, image, peak),
+        };
+        written.map_err(Failure::writing)
     }
 }

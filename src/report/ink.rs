@@ -54,6 +54,11 @@ pub(super) fn write(image: &mut GrayImage, centre: DVec2, angle: f64, text: &str
     strokes.iter().for_each(|&(a, b)| line(image, a, b, NIB * scale, ink.grey));
 }
 
+/// Writes a level text whose left end is at `left`, centred on its height.
+pub(super) fn write_from(image: &mut GrayImage, left: DVec2, text: &str, ink: Lettering) {
+    write(image, left + DVec2::new(0.5 * text_width(text, ink.height), 0.0), 0.0, text, ink);
+}
+
 /// Draws a line with round ends. Pixel `(i, j)` is the point `(i, j)`.
 pub(super) fn line(image: &mut GrayImage, a: DVec2, b: DVec2, half_width: f64, grey: u8) {
     let reach = DVec2::splat(half_width + 1.0);
@@ -98,6 +103,11 @@ fn glyph(character: char) -> (Vec<Vec<DVec2>>, f64) {
         '-' => "-05 35",
         '/' => "-02 48",
         '×' => "-03 36|-06 33",
+        '(' => "-28 06 04 22",
+        ')' => "-08 26 24 02",
+        '=' => "-04 44|-06 46",
+        '%' => "-02 48|-08 17|-33 42",
+        '\'' => "-08 06",
         'a' => "44 46 06 02 42 44|-46 42",
         'b' => "-08 02|04 06 46 42 02 04",
         'c' => "45 46 06 02 42 43",
@@ -161,7 +171,7 @@ mod tests {
 
     #[test]
     fn letters_stay_within_their_width_and_darken_the_paper() {
-        for character in "0123456789.-,:/×abcdefghijklmnopqrstuvwxyz".chars() {
+        for character in "0123456789.-,:/×()=%'abcdefghijklmnopqrstuvwxyz".chars() {
             let (curves, width) = glyph(character);
             let on_grid = |p: &DVec2| (0.0..=width).contains(&p.x) && (0.0..=8.0).contains(&p.y);
             assert!(curves.iter().flatten().all(on_grid), "{character}");

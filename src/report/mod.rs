@@ -1,10 +1,15 @@
-//! What a design looks like: lines of equal height, the light on the wall, and how far it is from the target.
+//! What a design looks like: lines of equal height, the light on the wall, and how far it is from the target, step by step and from
+//! bench to bench.
 
+mod budget;
+mod curves;
 mod ink;
 mod isocontours;
 mod pictures;
 mod sheet;
 
+pub use budget::{BudgetStep, budget_sheet};
+pub use curves::{Curve, curves};
 pub use isocontours::{contour_interval_mm, isocontours};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
 

@@ -35,10 +35,10 @@ pub mod solid;
 mod spline;
 mod trace;
 
-pub use beams::{Beams, beams};
+pub use beams::{Beams, beams, facet_beams};
 pub use block::{Block, BlockError};
 pub use film::{Flux, Image};
 pub use mesh::{CornerNormals, Mesh};
-pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, photons};
+pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};
 pub use scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal, Window};
 pub use trace::{End, Path, Tracer};

@@ -1,5 +1,9 @@
 //! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
 
+mod file;
+
+pub use file::TallyError;
+
 use crate::{
     film::{Film, Flux, Image, Tally, UNIT},
     trace::Tracer,
@@ -74,6 +78,10 @@ pub struct PhotonTally {
 
 /// With more of them on one pixel, squares of sums would not fit into 128 bits.
 const MOST_PHOTONS: u64 = 2_000_000_000;
+/// Most independent samples of a run.
+const MOST_REPLICATES: u32 = 4096;
+/// Most strata along a side of the aperture.
+const MOST_STRATA: u32 = 1 << 16;
 /// Rows of strata traced by one task.
 const ROWS: u32 = 16;
 
@@ -91,7 +99,7 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
             Err(PhotonError::Plan { what, value, least, greatest })
         }
     };
-    within("the number of replicates", plan.replicates.into(), 2, 4096)?;
+    within("the number of replicates", plan.replicates.into(), 2, MOST_REPLICATES.into())?;
     within("the number of shards", plan.shards.into(), 1, plan.replicates.into())?;
     within("the shard", plan.shard.into(), 0, u64::from(plan.shards) - 1)?;
     within("the number of photons", plan.photons, 1, MOST_PHOTONS)?;
@@ -100,8 +108,8 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
     let size = upper - lower;
     let each = plan.photons.div_ceil(plan.replicates.into()) as f64;
     // Strata about as wide as high.
-    let columns = ((each * size.x / size.y).sqrt().ceil().max(1.0) as u32).min(1 << 16);
-    let rows = ((each / f64::from(columns)).ceil().max(1.0) as u32).min(1 << 16);
+    let columns = ((each * size.x / size.y).sqrt().ceil().max(1.0) as u32).min(MOST_STRATA);
+    let rows = ((each / f64::from(columns)).ceil().max(1.0) as u32).min(MOST_STRATA);
     let window = &tracer.scene().window;
     let pixels = window.nx * window.ny;
     let mut film = Film::new(window);

@@ -1,7 +1,9 @@
 //! Writing irradiance to files, whole or not at all.
 
 use crate::film::Image;
-use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text, WritableImage,
+};
 use image::{ImageBuffer, ImageFormat, Luma};
 use std::{
     io::{BufWriter, Write},
@@ -34,19 +36,35 @@ pub enum PictureError {
 /// # Errors
 /// See [`PictureError`].
 pub fn write_exr(path: &Path, image: &Image) -> Result<(), PictureError> {
-    let samples = image.values.iter().map(|&v| v as f32).collect();
-    let channel = AnyChannel::new("Y", FlatSamples::F32(samples));
-    let layer = Layer::new(
-        (image.nx, image.ny),
-        LayerAttributes::named("irradiance"),
-        Encoding::FAST_LOSSLESS,
-        AnyChannels::sort(std::iter::once(channel).collect()),
-    );
+    write_exr_layers(path, &[("irradiance".to_owned(), image)])
+}
+
+/// Writes named images as the layers of one OpenEXR file, each with a channel `Y` of 32-bit floats, linear.
+///
+/// # Errors
+/// See [`PictureError`]; a name that is too long or not of the Latin alphabet cannot be encoded.
+pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), PictureError> {
+    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+    let layers: Vec<_> = images
+        .iter()
+        .map(|(name, image)| {
+            let name = Text::new_or_none(name).ok_or_else(|| failed(format!("'{name}' cannot name a layer")))?;
+            let samples = image.values.iter().map(|&v| v as f32).collect();
+            let channel = AnyChannel::new("Y", FlatSamples::F32(samples));
+            Ok(Layer::new(
+                (image.nx, image.ny),
+                LayerAttributes::named(name),
+                Encoding::FAST_LOSSLESS,
+                AnyChannels::sort(std::iter::once(channel).collect()),
+            ))
+        })
+        .collect::<Result<_, PictureError>>()?;
+    let window = images.iter().fold((0, 0), |(nx, ny), (_, image)| (nx.max(image.nx), ny.max(image.ny)));
     let mut bytes = std::io::Cursor::new(Vec::new());
-    exr::prelude::Image::from_layer(layer)
+    exr::prelude::Image::from_layers(ImageAttributes::with_size(window), layers)
         .write()
         .to_buffered(&mut bytes)
-        .map_err(|error| PictureError::Encode { path: path.into(), reason: error.to_string() })?;
+        .map_err(|error| failed(error.to_string()))?;
     write_whole(path, bytes.get_ref())
 }
 
@@ -72,7 +90,7 @@ pub fn write_png(path: &Path, image: &Image, white: f64) -> Result<(), PictureEr
 }
 
 /// Writes to a temporary file beside the target, which takes its name once it is complete.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), PictureError> {
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), PictureError> {
     let failed = |source| PictureError::Write { path: path.into(), source };
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::Builder::new().prefix(".glasswarp-").tempfile_in(folder).map_err(failed)?;

@@ -5,7 +5,8 @@ mod common;
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
-    Block, Image, PhotonError, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, metrics, photons,
+    Block, Image, PhotonError, PhotonPlan, PhotonTally, Scene, Surface, Tracer, Traversal, beams, facet_beams, metrics,
+    photons,
 };
 
 const SIZE: DVec2 = DVec2::new(100.0, 80.0);
@@ -47,6 +48,21 @@ fn photons_and_beams_agree_within_the_stated_noise() {
         let own = noisy.error_against(&sharp.image).unwrap();
         assert!(own.mean_square.abs() < 4.0 * own.mean_square_error, "nothing is left against itself: {own:?}");
     }
+}
+
+#[test]
+fn beams_of_whole_facets_are_exact() {
+    let block = Block::from_mesh(&block(101, 81, SIZE, -15.0, relief)).unwrap();
+    let tracer = Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene(SIZE, 64, 250.0) }).unwrap();
+    let exact = facet_beams(&tracer, &block);
+    assert!((exact.flux.total() - 1.0).abs() < 1e-12 && exact.beams == 16_000);
+    let off = |image: &Image| metrics::compare(image, &exact.image).unwrap().rel_rms;
+    // Beams across the edges come nearer with the first power of their width.
+    let (wide, narrow) = (off(&beams(&tracer, 800, 640).image), off(&beams(&tracer, 3200, 2560).image));
+    assert!(narrow < 0.4 * wide, "{wide} {narrow}");
+    let noisy = photons(&tracer, &PhotonPlan::new(4_000_000, 3)).unwrap();
+    let between = noisy.error_against(&exact.image).unwrap();
+    assert!(between.mean_square.abs() < 4.0 * between.mean_square_error, "{between:?}");
 }
 
 #[test]
@@ -98,6 +114,62 @@ fn shards_add_up_to_the_whole_run_exactly() {
     let other = photons(&tracer, &PhotonPlan { seed: 98, ..plan }).unwrap();
     assert_eq!(merged.merge(&other), Err(PhotonError::Different("the seed")));
     assert!(matches!(photons(&tracer, &PhotonPlan { shard: 3, shards: 3, ..plan }), Err(PhotonError::Plan { .. })));
+}
+
+#[test]
+fn merged_files_are_those_of_one_run_byte_by_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let tracer = tracer(&scene(SIZE, 64, 250.0));
+    let plan = PhotonPlan { replicates: 10, ..PhotonPlan::new(40_000, u64::MAX) };
+    let whole = photons(&tracer, &plan).unwrap();
+    whole.write(&path("whole.exr"), "a bench").unwrap();
+    assert_eq!(PhotonTally::read(&path("whole.exr")).unwrap(), (whole, "a bench".to_owned()));
+    let mut merged: Option<PhotonTally> = None;
+    for shard in [2, 0, 1] {
+        let part = photons(&tracer, &PhotonPlan { shard, shards: 3, ..plan }).unwrap();
+        part.write(&path("part.exr"), "a bench").unwrap();
+        let (part, _) = PhotonTally::read(&path("part.exr")).unwrap();
+        merged = Some(merged.map_or(part.clone(), |sum| sum.merge(&part).unwrap()));
+    }
+    merged.unwrap().write(&path("merged.exr"), "a bench").unwrap();
+    let bytes = |name| std::fs::read(path(name)).unwrap();
+    assert!(bytes("merged.exr") == bytes("whole.exr"));
+}
+
+#[test]
+fn damaged_tallies_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tally.exr");
+    let tracer = tracer(&scene(SIZE, 24, 250.0));
+    photons(&tracer, &PhotonPlan { replicates: 4, ..PhotonPlan::new(4_000, 1) }).unwrap().write(&path, "b").unwrap();
+    let good = std::fs::read(&path).unwrap();
+    let refused = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        PhotonTally::read(&path).unwrap_err().to_string()
+    };
+    let swap = |from: &str, to: &str| {
+        assert_eq!(from.len(), to.len(), "the length of an attribute is recorded");
+        let at = good.windows(from.len()).position(|w| w == from.as_bytes()).unwrap();
+        let mut bytes = good.clone();
+        bytes[at..at + from.len()].copy_from_slice(to.as_bytes());
+        bytes
+    };
+    for (bytes, word) in [
+        (swap("done = 0 1 2 3", "done = 0 1 3 2"), "replicates"),
+        (swap("done = 0 1 2 3", "done = 0 1 2 9"), "replicates"),
+        (swap("done = 0 1 2 3", "done = 0 1   3"), "account"),
+        (swap("done = 0 1 2 3", "done = 0 1 2 x"), "'x'"),
+        (swap("seed = 1", "sled = 1"), "'seed'"),
+        (swap("version 1", "version 9"), "version 1"),
+        (good[..good.len() / 2].to_vec(), "no photon tally"),
+        (b"not a picture".to_vec(), "no photon tally"),
+    ] {
+        let error = refused(&bytes);
+        assert!(error.contains(word), "'{word}' is not in: {error}");
+    }
+    glasswarp_verify::picture::write_exr(&path, &Image::new(8, 8, vec![1.0; 64])).unwrap();
+    assert!(PhotonTally::read(&path).unwrap_err().to_string().contains("comment"));
 }
 
 #[test]

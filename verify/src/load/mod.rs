@@ -4,6 +4,7 @@
 
 mod glb;
 mod obj;
+mod ply;
 mod stl;
 
 use crate::mesh::{CornerNormals, Mesh, Welder};
@@ -22,7 +23,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// Not one of the formats.
-    #[error("{} is not of a known kind; known are .stl, .obj and .glb", path.display())]
+    #[error("{} is not of a known kind; known are .stl, .obj, .glb and .ply", path.display())]
     UnknownExtension {
         /// Which file.
         path: PathBuf,
@@ -60,7 +61,8 @@ pub enum LoadError {
 }
 
 /// Reads a solid; the format is told by the extension: `.stl` (binary or text; taken as millimetres), `.obj` (millimetres, z
-/// up, read in single precision), `.glb` (metres, +Y up, as glTF has it).
+/// up, read in single precision), `.glb` (metres, +Y up, as glTF has it), `.ply` (text or binary; taken as millimetres, z
+/// up).
 ///
 /// Memory is bounded by a small multiple of the size of the file, whatever it claims.
 ///
@@ -72,6 +74,7 @@ pub fn read(path: &Path) -> Result<Mesh, LoadError> {
         "stl" => stl::parse,
         "obj" => obj::parse,
         "glb" => glb::parse,
+        "ply" => ply::parse,
         _ => return Err(LoadError::UnknownExtension { path: path.into() }),
     };
     let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;

@@ -1,0 +1,195 @@
+//! The error budget: what each step between the solver and the file does to the light.
+
+use super::{
+    error::Failure,
+    judge::{self, Examiner, Judgement, Subject},
+};
+use glasswarp::{
+    bench::Bench,
+    forward,
+    grid::Field,
+    pipeline,
+    report::{self, BudgetStep, Exposure},
+    solid::Solid,
+    surface::SurfaceSpline,
+};
+use glasswarp_verify::{
+    Geometry, Image, Mesh, Surface,
+    metrics::{self, Metrics},
+};
+use image::GrayImage;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// A way of looking at the block.
+pub(crate) struct Step {
+    pub(crate) name: String,
+    /// `None` if it is known to be what another step showed, as the name says.
+    pub(crate) seen: Option<Seen>,
+}
+
+/// What a step showed.
+pub(crate) struct Seen {
+    pub(crate) image: Image,
+    pub(crate) metrics: Metrics,
+    /// Relative RMS difference from the light of the true surface of the file: what this step alone does.
+    pub(crate) moved: f64,
+}
+
+/// The steps that need nothing but the file.
+const VIEWS: [(&str, Surface, Geometry); 3] = [
+    ("on the normal-mapped plane (the paper's assumption)", Surface::Spline, Geometry::NormalMappedPlane),
+    ("triangles with smooth normals (renderers)", Surface::Smooth, Geometry::Displaced),
+    ("flat triangles (the file to the letter)", Surface::Facets, Geometry::Displaced),
+];
+
+/// Collects steps with their distance from one image.
+struct Ledger<'a> {
+    examiner: &'a Examiner,
+    truth: &'a Image,
+    steps: Vec<Step>,
+}
+
+impl Ledger<'_> {
+    fn book(&mut self, name: impl Into<String>, image: Image) -> Result<(), Failure> {
+        if let Some(metrics) = self.examiner.compare(&image)? {
+            let moved = metrics::compare(&image, self.truth).map_err(Failure::refused)?.rel_rms;
+            self.steps.push(Step { name: name.into(), seen: Some(Seen { image, metrics, moved }) });
+        }
+        Ok(())
+    }
+
+    fn look(&mut self, name: &str, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<(), Failure> {
+        let image = self.examiner.look(subject, surface, geometry)?.image;
+        self.book(name, image)
+    }
+}
+
+/// A block seen otherwise than as its smooth surface where it really is. Empty for another solid, or without a target.
+pub(crate) fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgement) -> Result<Vec<Step>, Failure> {
+    let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
+    if let (Subject::Block(_), Some(_)) = (subject, examiner.wanted()) {
+        ledger.book("the smooth surface through the vertices", judgement.caustic.clone())?;
+        for (name, surface, geometry) in VIEWS {
+            ledger.look(name, subject, surface, geometry)?;
+        }
+    }
+    Ok(ledger.steps)
+}
+
+/// Every step of a design: the solver's own map, its heights in double precision on the plane and where they are, the first
+/// file as read back in every view, and the other files. `judged` names the first file, read back as `mesh`, with the
+/// judgement made of it.
+pub(crate) fn of_design(
+    design: (&pipeline::Block, &Bench),
+    files: &Files,
+    examiner: &Examiner,
+    judgement: &Judgement,
+) -> Result<Vec<Step>, Failure> {
+    let (block, bench) = design;
+    let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
+    let spline = SurfaceSpline::through(&block.surface);
+    let own = forward::irradiance(&spline, bench, forward::Geometry::Displaced, examiner.beams(), examiner.pixels());
+    ledger.book("the solver's own map", judge::image_of(&own.irradiance))?;
+    let exact = Subject::of(mesh_of(&block.solid, Some(block.surface.heights_mm())), Path::new("the height field"))?;
+    ledger.look("height field, on the normal-mapped plane", &exact, Surface::Spline, Geometry::NormalMappedPlane)?;
+    ledger.look("height field, on the displaced surface", &exact, Surface::Spline, Geometry::Displaced)?;
+    let name = file_name(&files.judged);
+    ledger.book(format!("{name} read back, its smooth surface"), judgement.caustic.clone())?;
+    for (view, surface, geometry) in &VIEWS[1..] {
+        ledger.look(view, &files.subject, *surface, *geometry)?;
+    }
+    for (path, other) in &files.others {
+        let other_name = file_name(path);
+        if other.triangles == files.mesh.triangles && other.vertices == files.mesh.vertices {
+            ledger
+                .steps
+                .push(Step { name: format!("{other_name} read back: the vertices of {name}, bit by bit"), seen: None });
+            continue;
+        }
+        let name = if other.triangles == files.mesh.triangles {
+            let worst =
+                other.vertices.iter().zip(&files.mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            format!("{other_name} read back, vertices within {:.1} nm", 1e6 * worst)
+        } else {
+            format!("{other_name} read back, its smooth surface")
+        };
+        ledger.look(&name, &Subject::of(other.clone(), path)?, Surface::Spline, Geometry::Displaced)?;
+    }
+    Ok(ledger.steps)
+}
+
+/// The files of a design, read back from disk.
+pub(crate) struct Files {
+    judged: PathBuf,
+    mesh: Mesh,
+    pub(crate) subject: Subject,
+    others: Vec<(PathBuf, Mesh)>,
+}
+
+impl Files {
+    pub(crate) fn read(judged: &Path, outputs: &[PathBuf]) -> Result<Self, Failure> {
+        let others: Vec<&PathBuf> = outputs.iter().filter(|path| *path != judged).collect();
+        let (mesh, others) = rayon::join(
+            || judge::read(judged),
+            || {
+                others
+                    .into_par_iter()
+                    .map(|path| Ok((path.clone(), judge::read(path)?)))
+                    .collect::<Result<Vec<_>, Failure>>()
+            },
+        );
+        let mesh = mesh?;
+        Ok(Self { judged: judged.into(), subject: Subject::of(mesh.clone(), judged)?, mesh, others: others? })
+    }
+}
+
+/// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.
+pub(crate) fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
+    let mut vertices: Vec<glam::DVec3> =
+        (0..solid.vertex_count()).map(|v| glam::Vec3::from(solid.vertex(v)).as_dvec3()).collect();
+    if let Some(heights_mm) = heights_mm {
+        vertices.iter_mut().zip(heights_mm.as_slice()).for_each(|(vertex, &z)| vertex.z = z);
+    }
+    let triangles = (0..solid.triangle_count()).into_par_iter().map(|t| solid.triangle(t)).collect();
+    Mesh { vertices, triangles, normals: None }
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// Prints the steps as a table, and what the paper's assumption is worth.
+pub(crate) fn print(steps: &[Step], distance_mm: f64) {
+    if steps.is_empty() {
+        return;
+    }
+    println!("\nThe same block, step by step                            relative RMS     SSIM   moved by");
+    for Step { name, seen } in steps {
+        match seen {
+            Some(Seen { metrics, moved, .. }) => {
+                println!("  {name:<53} {:>12.4} {:>8.4} {moved:>10.5}", metrics.rel_rms, metrics.ssim);
+            }
+            None => println!("  {name}"),
+        }
+    }
+    let plane = steps.iter().find(|step| step.name.contains("normal-mapped plane")).and_then(|step| step.seen.as_ref());
+    if let Some(plane) = plane {
+        println!(
+            "\nOn this bench, {distance_mm} mm away, the paper's plane would be wrong by {:.1} %.",
+            100.0 * plane.moved
+        );
+    }
+}
+
+/// The steps as a sheet of bars and small pictures.
+pub(crate) fn sheet(steps: &[Step], wanted: &Image, exposure: Exposure) -> GrayImage {
+    let drawn: Vec<BudgetStep> = steps
+        .iter()
+        .map(|step| BudgetStep {
+            name: step.name.clone(),
+            seen: step.seen.as_ref().map(|seen| (judge::field_of(&seen.image), seen.metrics.rel_rms)),
+        })
+        .collect();
+    report::budget_sheet(&judge::field_of(wanted), &drawn, exposure)
+}

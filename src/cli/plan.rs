@@ -1,0 +1,110 @@
+//! What settings mean: validated once, then trusted.
+
+use super::{
+    error::Failure,
+    settings::{QualityName, Settings, SolverName, TransferName, name_of},
+};
+use glasswarp::{
+    bench::{Bench, ExitFace},
+    grid::Extent,
+    materials,
+    pipeline::{self, Block, DesignError},
+    solid::Stock,
+    solver::{Progress, Solver},
+    target::{Picture, PictureError, TargetIrradiance, Transfer},
+    transport::{Options, Quality, Transport},
+    warp::{Warping, WarpingPaper},
+};
+use std::path::{Path, PathBuf};
+
+/// A block that can be designed.
+pub(crate) struct Plan {
+    pub(crate) picture: PathBuf,
+    pub(crate) target: TargetIrradiance,
+    pub(crate) bench: Bench,
+    pub(crate) nodes: (usize, usize),
+    pub(crate) stock: Stock,
+    pub(crate) solver: SolverName,
+    pub(crate) transfer: TransferName,
+    /// The settings with every default filled in that must not change when the block is made again.
+    pub(crate) settings: Settings,
+}
+
+impl Plan {
+    /// Reads the picture and validates the settings.
+    pub(crate) fn new(picture: PathBuf, mut settings: Settings) -> Result<Self, Failure> {
+        let values = open_picture(&picture, settings.transfer.map(Transfer::from))?;
+        let offset = settings.offset.unwrap_or(0.1);
+        let target = TargetIrradiance::from_picture(&values, offset).map_err(Failure::refused)?;
+        let (nx, ny) = (target.cells().nx(), target.cells().ny());
+        let width_mm = settings.size.map_or(100.0, |length| length.mm);
+        let ior = match (&settings.material, settings.ior) {
+            (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
+                Failure::Usage(format!(
+                    "there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index"
+                ))
+            })?,
+            (None, ior) => ior.unwrap_or(1.5),
+        };
+        let block = Extent::new(width_mm, width_mm * ny as f64 / nx as f64);
+        let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
+        let bench = Bench::new(block, distance_mm, ExitFace::Refracts { ior }).map_err(Failure::refused)?;
+        let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
+        let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
+        let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
+        if let Some(least) = settings.min_thickness {
+            stock = stock.leaving_at_least(least.mm);
+        }
+        stock.check().map_err(|error| Failure::refused(DesignError::from(error)))?;
+        (settings.nodes, settings.offset) = (Some(across), Some(offset));
+        let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+        let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
+        let solver = settings.solver.unwrap_or_default();
+        Ok(Self { picture, target, bench, nodes, stock, solver, transfer, settings })
+    }
+
+    /// Solves for the block.
+    pub(crate) fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
+        let solver = self.solver()?;
+        pipeline::design(&self.target, &self.bench, self.nodes, solver.as_ref(), self.stock, progress)
+            .map_err(Failure::refused)
+    }
+
+    /// The solver that was chosen, with its options.
+    fn solver(&self) -> Result<Box<dyn Solver>, Failure> {
+        let Settings { quality, min_radius, .. } = self.settings;
+        if self.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some()) {
+            return Err(Failure::Usage(format!(
+                "--quality and --min-radius are options of the transport solver; the {} solver has none",
+                name_of(self.solver)
+            )));
+        }
+        Ok(match self.solver {
+            SolverName::Transport => {
+                let options = Options {
+                    quality: match quality.unwrap_or_default() {
+                        QualityName::Draft => Quality::Draft,
+                        QualityName::Normal => Quality::Normal,
+                        QualityName::Fine => Quality::Fine,
+                    },
+                    min_radius_mm: min_radius.map(|length| length.mm),
+                    ..Options::default()
+                };
+                options.validate().map_err(Failure::refused)?;
+                Box::new(Transport { options })
+            }
+            SolverName::Warping => Box::new(Warping::default()),
+            SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
+        })
+    }
+}
+
+/// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.
+pub(crate) fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Failure> {
+    Picture::open(path, transfer).map_err(|error| match error {
+        PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
+            Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }
+        }
+        PictureError::Value { .. } | PictureError::Size { .. } => Failure::refused(error),
+    })
+}

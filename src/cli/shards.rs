@@ -1,0 +1,128 @@
+//! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
+
+use super::{error::Failure, judge, side_file, verify::IrradianceFile};
+use glasswarp_verify::{PhotonPlan, PhotonTally, Scene, TallyError, Tracer, photons};
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+/// One part of many: `3/100`, counted from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Shard {
+    /// Counted from 0.
+    pub(crate) index: u32,
+    pub(crate) of: u32,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers = text.split_once('/').map(|(k, n)| (k.trim().parse::<u32>(), n.trim().parse::<u32>()));
+        match numbers {
+            Some((Ok(k), Ok(of))) if (1..=of).contains(&k) => Ok(Self { index: k - 1, of }),
+            _ => Err(format!("'{text}' is no part such as 3/100: the first of 100 is 1/100, the last 100/100")),
+        }
+    }
+}
+
+/// Adds up the tallies of a run's parts
+#[derive(clap::Args)]
+pub(crate) struct MergeArgs {
+    /// The tallies to add up, in any order
+    #[arg(required = true)]
+    tallies: Vec<PathBuf>,
+
+    /// Write the sum as a tally: byte by byte the file that one run of all parts writes
+    #[arg(long, value_name = "FILE")]
+    tally: Option<PathBuf>,
+
+    /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear)
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+}
+
+/// Traces the photons of a plan and writes their tally.
+pub(crate) fn trace(block: &Path, tracer: &Tracer, plan: &PhotonPlan, path: &Path) -> Result<(), Failure> {
+    let tally = photons(tracer, plan).map_err(Failure::refused)?;
+    let hash = side_file::sha256(block).map_err(|source| Failure::reading(block, source))?;
+    tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
+    println!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
+    print(&tally);
+    Ok(())
+}
+
+/// What was looked at, and how, in one line: equal for parts of one run, and for those alone.
+fn bench_line(hash: &str, scene: &Scene) -> String {
+    format!("solid sha256 {hash}, {scene:?}")
+}
+
+pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
+    for output in &args.output {
+        IrradianceFile::of(output)?;
+    }
+    let mut sum: Option<(PhotonTally, String)> = None;
+    for path in &args.tallies {
+        let (part, bench) = PhotonTally::read(path).map_err(|error| match error {
+            TallyError::Read { .. } => {
+                Failure::Io { what: format!("{} cannot be read", path.display()), source: error.into() }
+            }
+            TallyError::Malformed { .. } => Failure::refused(error),
+        })?;
+        sum = Some(match sum {
+            None => (part, bench),
+            Some((_, ref of_first)) if *of_first != bench => {
+                return Err(Failure::Usage(format!(
+                    "{} shows another bench than {}: '{bench}' is not '{of_first}'",
+                    path.display(),
+                    args.tallies[0].display()
+                )));
+            }
+            Some((sum, bench)) => {
+                let merged = sum.merge(&part).map_err(|error| {
+                    Failure::Usage(format!("{} cannot be added to the others: {error}", path.display()))
+                })?;
+                (merged, bench)
+            }
+        });
+    }
+    let Some((tally, bench)) = sum else { return Err(Failure::Usage("there is nothing to merge".into())) };
+    if let Some(path) = &args.tally {
+        tally.write(path, &bench).map_err(Failure::writing)?;
+    }
+    let image = tally.image();
+    let peak = image.values.iter().copied().fold(0.0, f64::max);
+    for output in &args.output {
+        IrradianceFile::of(output)?.write(output, &image, peak)?;
+    }
+    println!("{} tallies", args.tallies.len());
+    print(&tally);
+    Ok(())
+}
+
+fn print(tally: &PhotonTally) {
+    let complete = if tally.is_complete() { "the whole run" } else { "a part of the run" };
+    println!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
+    let (image, noise) = (tally.image(), tally.standard_error());
+    let squares: f64 = noise.values.iter().map(|s| s * s).sum::<f64>() / noise.values.len() as f64;
+    println!(
+        "  noise          {:.5} of the mean irradiance (root mean square over pixels)",
+        squares.sqrt() / image.mean()
+    );
+    judge::print_flux(&tally.flux());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_counted_from_one() {
+        assert_eq!("3/100".parse(), Ok(Shard { index: 2, of: 100 }));
+        assert_eq!("100/100".parse(), Ok(Shard { index: 99, of: 100 }));
+        for text in ["0/100", "101/100", "3", "a/b", "-1/5", "1/0", ""] {
+            assert!(text.parse::<Shard>().is_err(), "{text}");
+        }
+    }
+}

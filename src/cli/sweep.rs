@@ -1,0 +1,387 @@
+//! `glasswarp verify --sweep`: how the errors change with the bench.
+
+use super::{
+    budget::mesh_of,
+    error::Failure,
+    judge::{Examiner, Place, Subject},
+    length::Length,
+    plan::Plan,
+    side_file::SideFile,
+};
+use glam::DVec2;
+use glasswarp::{
+    export::write_atomically,
+    report::{self, Curve},
+    solver::Silent,
+};
+use glasswarp_verify::{Geometry, Image, Surface, metrics, picture};
+use std::{
+    fmt::Write as _,
+    io::Write as _,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
+
+/// What is varied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Quantity {
+    Distance,
+    Size,
+    Thickness,
+    Index,
+    Nodes,
+}
+
+impl Quantity {
+    const ALL: [(&'static str, Self); 6] = [
+        ("distance", Self::Distance),
+        ("size", Self::Size),
+        ("thickness", Self::Thickness),
+        ("index", Self::Index),
+        ("ior", Self::Index),
+        ("nodes", Self::Nodes),
+    ];
+
+    fn column(self) -> &'static str {
+        match self {
+            Self::Distance => "distance_mm",
+            Self::Size => "size_mm",
+            Self::Thickness => "thickness_mm",
+            Self::Index => "index",
+            Self::Nodes => "nodes",
+        }
+    }
+}
+
+/// What is varied, from where to where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Range {
+    quantity: Quantity,
+    from: f64,
+    to: f64,
+}
+
+impl FromStr for Range {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once("..")?)));
+        let (name, (from, to)) = parts.ok_or_else(|| format!("'{text}' is no range such as distance=60..1000"))?;
+        let quantity = Quantity::ALL.iter().find(|(known, _)| *known == name.trim()).map(|(_, quantity)| *quantity);
+        let quantity = quantity
+            .ok_or_else(|| format!("'{name}' cannot be swept; distance, size, thickness, index and nodes can"))?;
+        let end = |text: &str| match quantity {
+            Quantity::Index | Quantity::Nodes => {
+                text.trim().parse::<f64>().map_err(|_| format!("'{text}' is no number"))
+            }
+            _ => text.parse::<Length>().map(|length| length.mm),
+        };
+        let (from, to) = (end(from)?, end(to)?);
+        if from.is_finite() && to.is_finite() && 0.0 < from && from < to {
+            Ok(Self { quantity, from, to })
+        } else {
+            Err(format!("the range goes from {from} to {to}; it must rise from above 0"))
+        }
+    }
+}
+
+impl Range {
+    /// Values in equal ratios, the ends included.
+    fn values(self, steps: usize) -> Vec<f64> {
+        let ratio = self.to / self.from;
+        let mut values: Vec<f64> = (0..steps)
+            .map(|k| match k {
+                0 => self.from,
+                k if k + 1 == steps => self.to,
+                k => self.from * ratio.powf(k as f64 / (steps - 1) as f64),
+            })
+            // Round numbers, and whole ones of nodes.
+            .map(|v| if self.quantity == Quantity::Nodes { v.round() } else { (v * 1e4).round() / 1e4 })
+            .collect();
+        values.dedup();
+        values
+    }
+}
+
+/// One place along the range.
+struct Point {
+    value: f64,
+    bench: Place,
+    nodes: (usize, usize),
+    thickness_mm: f64,
+    relief_mm: f64,
+    views: Vec<View>,
+    /// Relative RMS difference between the light of the plane and that of the true surface.
+    plane_moves: f64,
+}
+
+struct View {
+    image: Image,
+    rel_rms: f64,
+    ssim: f64,
+}
+
+/// The views, in the order of the columns.
+const VIEWS: [(&str, Surface, Geometry); 4] = [
+    ("displaced", Surface::Spline, Geometry::Displaced),
+    ("plane", Surface::Spline, Geometry::NormalMappedPlane),
+    ("smooth", Surface::Smooth, Geometry::Displaced),
+    ("facets", Surface::Facets, Geometry::Displaced),
+];
+
+/// Sweeps the design of a side file, or the block `as_built`, and writes what was found.
+pub(crate) fn run(
+    range: &Range,
+    steps: usize,
+    side: &SideFile,
+    as_built: Option<&Path>,
+    pixels: usize,
+    outputs: &[PathBuf],
+) -> Result<(), Failure> {
+    let outputs = outputs.iter().map(|path| Ok((Output::of(path)?, path))).collect::<Result<Vec<_>, Failure>>()?;
+    let picture = side.design.picture.clone();
+    let picture = picture.ok_or_else(|| Failure::Usage("the side file names no picture to design for".into()))?;
+    let built = match (as_built, range.quantity) {
+        (None, _) => None,
+        (Some(path), Quantity::Distance | Quantity::Index) => Some(Subject::open(path)?),
+        (Some(_), _) => {
+            return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
+        }
+    };
+    let mut points = Vec::new();
+    let mut refused = None;
+    print_header(range.quantity);
+    for value in range.values(steps) {
+        let mut settings = side.design.clone();
+        match range.quantity {
+            Quantity::Distance => settings.distance = Some(Length { mm: value }),
+            Quantity::Size => settings.size = Some(Length { mm: value }),
+            Quantity::Thickness => settings.thickness = Some(Length { mm: value }),
+            Quantity::Index => (settings.ior, settings.material) = (Some(value), None),
+            Quantity::Nodes => settings.nodes = Some(value as usize),
+        }
+        let point = Plan::new(picture.clone(), settings).and_then(|plan| match &built {
+            Some(subject) => look(value, &plan, subject, side.bench.thinnest_mm + side.bench.relief_mm, pixels),
+            None => {
+                let block = plan.design(&Silent)?;
+                let subject = Subject::of(mesh_of(&block.solid, None), Path::new("the block"))?;
+                look(value, &plan, &subject, block.solid.thickness_mm(), pixels)
+            }
+        });
+        match point {
+            Ok(point) => {
+                point.print();
+                points.push(point);
+            }
+            // Some benches cannot draw the picture; the others still can.
+            Err(failure @ (Failure::Refused(_) | Failure::Usage(_))) => {
+                eprintln!("warning: {} = {value}: {failure}", range.quantity.column());
+                refused = Some(failure);
+            }
+            Err(failure) => return Err(failure),
+        }
+    }
+    if let (true, Some(failure)) = (points.is_empty(), refused) {
+        return Err(failure);
+    }
+    if let Some(law) = Law::fit(&points) {
+        println!(
+            "\nThe plane moves the light by {:.3} (relief / distance)^{:.2} of its mean, within {:.0} %.",
+            law.factor,
+            law.power,
+            100.0 * law.residual
+        );
+    }
+    for (kind, path) in outputs {
+        kind.write(path, range.quantity, &points)?;
+    }
+    Ok(())
+}
+
+fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: usize) -> Result<Point, Failure> {
+    let Subject::Block(block) = subject else {
+        return Err(Failure::Usage("only a block can be seen on the normal-mapped plane".into()));
+    };
+    let window = plan.bench.window();
+    let bench = Place {
+        ior: 1.0 / plan.bench.exit_face().eta(),
+        distance_mm: plan.bench.distance_mm(),
+        window_mm: DVec2::new(window.width_mm, window.height_mm),
+    };
+    let examiner = Examiner::new(bench, Some(&plan.target), pixels);
+    let mut views = Vec::new();
+    for (_, surface, geometry) in VIEWS {
+        let image = examiner.look(subject, surface, geometry)?.image;
+        if let Some(metrics) = examiner.compare(&image)? {
+            views.push(View { rel_rms: metrics.rel_rms, ssim: metrics.ssim, image });
+        }
+    }
+    let (low, high) = block.height_range_mm();
+    let plane_moves = metrics::compare(&views[1].image, &views[0].image).map_err(Failure::refused)?.rel_rms;
+    Ok(Point { value, bench, nodes: block.nodes(), thickness_mm, relief_mm: high - low, views, plane_moves })
+}
+
+fn print_header(quantity: Quantity) {
+    println!("{:>12} {:>10}   relative RMS:", quantity.column(), "relief mm");
+    println!("{:>23} {:>10} {:>10} {:>10} {:>10}   plane moves by", "", "displaced", "plane", "smooth", "facets");
+}
+
+impl Point {
+    fn print(&self) {
+        let errors = self.views.iter().map(|view| format!(" {:>10.4}", view.rel_rms)).collect::<String>();
+        println!("{:>12} {:>10.3}{errors} {:>16.4}", self.value, self.relief_mm, self.plane_moves);
+    }
+}
+
+/// `plane_moves` = factor * (relief / distance)^power, by least squares of the logarithms.
+struct Law {
+    factor: f64,
+    power: f64,
+    /// Root mean square of the relative deviation.
+    residual: f64,
+}
+
+impl Law {
+    /// `None` where relief and distance hardly change, or with fewer than three points.
+    fn fit(points: &[Point]) -> Option<Self> {
+        let logs: Vec<DVec2> = points
+            .iter()
+            .map(|point| DVec2::new((point.relief_mm / point.bench.distance_mm).ln(), point.plane_moves.ln()))
+            .filter(|p| p.is_finite())
+            .collect();
+        let n = logs.len() as f64;
+        let mean = logs.iter().sum::<DVec2>() / n;
+        let (xx, xy) = logs.iter().map(|&p| p - mean).fold((0.0, 0.0), |(xx, xy), d| (xx + d.x * d.x, xy + d.x * d.y));
+        if logs.len() < 3 || xx / n < 0.2 * 0.2 {
+            return None;
+        }
+        let power = xy / xx;
+        let off = |p: &DVec2| (p.y - mean.y - power * (p.x - mean.x)).exp() - 1.0;
+        let residual = (logs.iter().map(|p| off(p).powi(2)).sum::<f64>() / n).sqrt();
+        Some(Self { factor: (mean.y - power * mean.x).exp(), power, residual })
+    }
+}
+
+/// A file of a sweep, by its extension.
+enum Output {
+    Csv,
+    Exr,
+    Png,
+}
+
+impl Output {
+    fn of(path: &Path) -> Result<Self, Failure> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+        match extension.as_str() {
+            "csv" => Ok(Self::Csv),
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            _ => Err(Failure::Usage(format!(
+                "{}: a sweep is written as .csv (numbers), .exr (all images as layers) or .png (curves)",
+                path.display()
+            ))),
+        }
+    }
+
+    fn write(&self, path: &Path, quantity: Quantity, points: &[Point]) -> Result<(), Failure> {
+        match self {
+            Self::Csv => {
+                let table = table(quantity, points);
+                write_atomically(path, |out| out.write_all(table.as_bytes())).map_err(Failure::writing)
+            }
+            Self::Exr => {
+                let layers: Vec<(String, &Image)> = points
+                    .iter()
+                    .flat_map(|point| {
+                        let name = move |view: &str| format!("{}={} {view}", quantity.column(), point.value);
+                        VIEWS.iter().zip(&point.views).map(move |((view, ..), seen)| (name(view), &seen.image))
+                    })
+                    .collect();
+                picture::write_exr_layers(path, &layers).map_err(Failure::writing)
+            }
+            Self::Png => {
+                let through = |name: &str, y: &dyn Fn(&Point) -> f64| Curve {
+                    name: name.into(),
+                    points: points.iter().map(|point| DVec2::new(point.value, y(point))).collect(),
+                };
+                let curves = [
+                    through("displaced surface", &|p| p.views[0].rel_rms),
+                    through("normal-mapped plane", &|p| p.views[1].rel_rms),
+                    through("smooth normals", &|p| p.views[2].rel_rms),
+                    through("flat facets", &|p| p.views[3].rel_rms),
+                    through("relief / distance", &|p| p.relief_mm / p.bench.distance_mm),
+                ];
+                let x = quantity.column().replace("_mm", ", mm");
+                let plot = report::curves(&x, "relative RMS error", &curves);
+                report::write_png(path, &plot).map_err(Failure::writing)
+            }
+        }
+    }
+}
+
+/// One line per point; units in the names of the columns, errors without unit.
+fn table(quantity: Quantity, points: &[Point]) -> String {
+    let mut table = String::from(
+        "swept,value,distance_mm,size_mm,thickness_mm,index,nodes,relief_mm,relief_over_distance,plane_moves",
+    );
+    for (name, ..) in VIEWS {
+        let _ = write!(table, ",{name}_rel_rms,{name}_ssim");
+    }
+    for point in points {
+        let Place { ior, distance_mm, window_mm } = point.bench;
+        let _ = write!(
+            table,
+            "\n{},{},{distance_mm},{},{:.4},{ior},{},{:.6},{:.6},{:.6}",
+            quantity.column(),
+            point.value,
+            window_mm.x,
+            point.thickness_mm,
+            point.nodes.0,
+            point.relief_mm,
+            point.relief_mm / distance_mm,
+            point.plane_moves
+        );
+        for view in &point.views {
+            let _ = write!(table, ",{:.6},{:.6}", view.rel_rms, view.ssim);
+        }
+    }
+    table.push('\n');
+    table
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_read_with_their_units() {
+        let range: Range = "distance=6cm..1m".parse().unwrap();
+        assert_eq!(range, Range { quantity: Quantity::Distance, from: 60.0, to: 1000.0 });
+        assert_eq!(range.values(3), [60.0, 244.949, 1000.0]);
+        assert_eq!("nodes=65..67".parse::<Range>().unwrap().values(8), [65.0, 66.0, 67.0]);
+        assert_eq!("ior=1.4..1.7".parse::<Range>().unwrap().values(2), [1.4, 1.7]);
+        for text in
+            ["distance", "distance=60", "colour=1..2", "distance=9..3", "index=a..b", "size=0..5", "nodes=nan..9"]
+        {
+            assert!(text.parse::<Range>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_power_law_is_found_with_its_residual() {
+        let point = |distance_mm: f64, bend: f64| Point {
+            value: distance_mm,
+            bench: Place { ior: 1.5, distance_mm, window_mm: DVec2::ONE },
+            nodes: (9, 9),
+            thickness_mm: 9.0,
+            relief_mm: 1.0,
+            views: Vec::new(),
+            plane_moves: 2.0 * distance_mm.powf(-1.5) * bend,
+        };
+        let law = Law::fit(&[point(10.0, 1.0), point(20.0, 1.0), point(80.0, 1.0)]).unwrap();
+        assert!((law.factor - 2.0).abs() < 1e-12 && (law.power - 1.5).abs() < 1e-12 && law.residual < 1e-12);
+        let bent = Law::fit(&[point(10.0, 1.1), point(20.0, 0.9), point(80.0, 1.05)]).unwrap();
+        assert!((0.03..0.15).contains(&bent.residual));
+        assert!(Law::fit(&[point(10.0, 1.0), point(10.0, 1.0), point(10.1, 1.0)]).is_none());
+    }
+}
