@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn the_noise_of_two_runs_is_told_from_what_they_share() {
         let (nx, ny) = (256, 192);
-        let shared = |k: usize| 0.03 * if (k % nx / 32 + k / nx / 32) % 2 == 0 { 1.0 } else { -1.0 };
+        let shared = |k: usize| 0.03 * if (k % nx / 32 + k / nx / 32).is_multiple_of(2) { 1.0 } else { -1.0 };
         let ours = Image::new(nx, ny, vec![2.0; nx * ny]);
         let run = |seed| {
             let mut noise = noise(seed);
