@@ -184,7 +184,8 @@ pub(crate) fn run(
     if let (true, Some(failure)) = (points.is_empty(), refused) {
         return Err(failure);
     }
-    if let Some(law) = Law::fit(&points) {
+    // One block has one relief: its light follows another law.
+    if let (None, Some(law)) = (&built, Law::fit(&points)) {
         println!(
             "\nThe plane moves the light by {:.2} r / (1 + {:.2} r) of its mean, r = relief / distance, within {:.1} %.",
             law.a,
