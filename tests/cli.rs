@@ -174,7 +174,7 @@ fn a_sweep_gives_numbers_images_and_curves() {
     let outcome =
         workshop.run("verify block.stl --sweep distance=80..800 --steps 3 -o sweep.csv -o sweep.exr -o sweep.png");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
-    assert!(outcome.out.contains("(relief / distance)^"), "{}", outcome.out);
+    assert!(outcome.out.contains("r = relief / distance"), "{}", outcome.out);
     let columns = |name: &str, wanted: &str| -> Vec<f64> {
         let text = fs::read_to_string(workshop.path(name)).unwrap();
         let mut lines = text.lines();
@@ -203,7 +203,7 @@ fn a_sweep_gives_numbers_images_and_curves() {
         assert_eq!(columns("one.csv", column), columns("one.csv", "value"), "{range}");
     }
     // Light along the axis does not care how thick the block is; a sheet that the relief does not fit into is passed over.
-    let outcome = workshop.run("verify block.stl --sweep thickness=3..30 --steps 3 -o thick.csv");
+    let outcome = workshop.run("verify block.stl --sweep thickness=3..60 --steps 3 -o thick.csv");
     assert!(outcome.code == FINE && outcome.err.contains("thickness_mm = 3"), "{}", outcome.err);
     let errors = columns("thick.csv", "displaced_rel_rms");
     assert!(errors.len() == 2 && errors[0] == errors[1], "{errors:?}");

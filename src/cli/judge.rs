@@ -116,6 +116,9 @@ pub(crate) struct Examiner {
 /// Beams per pixel along each side; twice as many change the relative RMS error by less than 3e-4.
 const BEAMS_PER_PIXEL: usize = 4;
 
+/// Beams across a solid that is no block, at least.
+const LEAST_BEAMS: usize = 1024;
+
 impl Examiner {
     /// An examiner with `pixels` across, at most as many as the target has.
     pub(crate) fn new(place: Place, target: Option<&TargetIrradiance>, pixels: usize) -> Self {
@@ -160,7 +163,9 @@ impl Examiner {
         let (nx, ny) = self.beams();
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
-            _ => beams(&tracer, nx, ny),
+            (Subject::Block(_), _) => beams(&tracer, nx, ny),
+            // A lens gathers the light of all of its face in a few pixels.
+            (Subject::Solid(_), _) => beams(&tracer, nx.max(LEAST_BEAMS), ny.max(LEAST_BEAMS)),
         })
     }
 
@@ -224,7 +229,6 @@ impl Judgement {
                     verdict.metrics.rel_rms
                 )))
             }
-            (Some(_), None) => Err(Failure::Usage("--max-error needs a picture: name one with --target".into())),
             _ => Ok(()),
         }
     }

@@ -184,11 +184,12 @@ pub(crate) fn run(
     if let (true, Some(failure)) = (points.is_empty(), refused) {
         return Err(failure);
     }
-    if let Some(law) = Law::fit(&points) {
+    // One block has one relief: its light follows another law.
+    if let (None, Some(law)) = (&built, Law::fit(&points)) {
         println!(
-            "\nThe plane moves the light by {:.3} (relief / distance)^{:.2} of its mean, within {:.0} %.",
-            law.factor,
-            law.power,
+            "\nThe plane moves the light by {:.2} r / (1 + {:.2} r) of its mean, r = relief / distance, within {:.1} %.",
+            law.a,
+            law.b,
             100.0 * law.residual
         );
     }
@@ -233,32 +234,40 @@ impl Point {
     }
 }
 
-/// `plane_moves` = factor * (relief / distance)^power, by least squares of the logarithms.
+/// How far the plane moves the light: a r / (1 + b r) with r = relief / distance. Proportional to r while the light is moved by
+/// less than the details of the picture are wide; two unrelated pictures differ by a certain amount and no more.
 struct Law {
-    factor: f64,
-    power: f64,
+    a: f64,
+    b: f64,
     /// Root mean square of the relative deviation.
     residual: f64,
 }
 
 impl Law {
-    /// `None` where relief and distance hardly change, or with fewer than three points.
+    /// By least squares of the relative deviation. `None` where r hardly changes, or with fewer than three points.
     fn fit(points: &[Point]) -> Option<Self> {
-        let logs: Vec<DVec2> = points
+        let data: Vec<(f64, f64)> = points
             .iter()
-            .map(|point| DVec2::new((point.relief_mm / point.bench.distance_mm).ln(), point.plane_moves.ln()))
-            .filter(|p| p.is_finite())
+            .map(|point| (point.relief_mm / point.bench.distance_mm, point.plane_moves))
+            .filter(|(r, moved)| r.is_finite() && moved.is_finite() && *r > 0.0 && *moved > 0.0)
             .collect();
-        let n = logs.len() as f64;
-        let mean = logs.iter().sum::<DVec2>() / n;
-        let (xx, xy) = logs.iter().map(|&p| p - mean).fold((0.0, 0.0), |(xx, xy), d| (xx + d.x * d.x, xy + d.x * d.y));
-        if logs.len() < 3 || xx / n < 0.2 * 0.2 {
+        let range = data.iter().fold((f64::INFINITY, 0.0f64), |(lo, hi), &(r, _)| (lo.min(r), hi.max(r)));
+        if data.len() < 3 || range.1 < 1.5 * range.0 {
             return None;
         }
-        let power = xy / xx;
-        let off = |p: &DVec2| (p.y - mean.y - power * (p.x - mean.x)).exp() - 1.0;
-        let residual = (logs.iter().map(|p| off(p).powi(2)).sum::<f64>() / n).sqrt();
-        Some(Self { factor: (mean.y - power * mean.x).exp(), power, residual })
+        // moved (1 + b r) / (a r) = 1 is linear in 1 / a and b / a.
+        let [mut uu, mut uv, mut vv, mut u1, mut v1] = [0.0; 5];
+        for &(r, moved) in &data {
+            let (u, v) = (moved / r, moved);
+            (uu, uv, vv, u1, v1) = (uu + u * u, uv + u * v, vv + v * v, u1 + u, v1 + v);
+        }
+        let determinant = uu * vv - uv * uv;
+        let (p, q) = ((u1 * vv - v1 * uv) / determinant, (v1 * uu - u1 * uv) / determinant);
+        if !(p.is_finite() && q.is_finite() && p > 0.0) {
+            return None;
+        }
+        let squares: f64 = data.iter().map(|&(r, moved)| (p * moved / r + q * moved - 1.0).powi(2)).sum();
+        Some(Self { a: 1.0 / p, b: q / p, residual: (squares / data.len() as f64).sqrt() })
     }
 }
 
@@ -368,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn a_power_law_is_found_with_its_residual() {
+    fn the_law_is_found_with_its_residual() {
         let point = |distance_mm: f64, bend: f64| Point {
             value: distance_mm,
             bench: Place { ior: 1.5, distance_mm, window_mm: DVec2::ONE },
@@ -376,12 +385,14 @@ mod tests {
             thickness_mm: 9.0,
             relief_mm: 1.0,
             views: Vec::new(),
-            plane_moves: 2.0 * distance_mm.powf(-1.5) * bend,
+            plane_moves: 2.0 / distance_mm / (1.0 + 3.0 / distance_mm) * bend,
         };
-        let law = Law::fit(&[point(10.0, 1.0), point(20.0, 1.0), point(80.0, 1.0)]).unwrap();
-        assert!((law.factor - 2.0).abs() < 1e-12 && (law.power - 1.5).abs() < 1e-12 && law.residual < 1e-12);
-        let bent = Law::fit(&[point(10.0, 1.1), point(20.0, 0.9), point(80.0, 1.05)]).unwrap();
-        assert!((0.03..0.15).contains(&bent.residual));
+        let law = Law::fit(&[point(1.0, 1.0), point(4.0, 1.0), point(80.0, 1.0)]).unwrap();
+        assert!((law.a - 2.0).abs() < 1e-9 && (law.b - 3.0).abs() < 1e-9 && law.residual < 1e-12);
+        let bends = [1.1, 0.9, 1.1, 0.9];
+        let bent: Vec<Point> = bends.iter().zip([1.0, 4.0, 16.0, 80.0]).map(|(b, d)| point(d, *b)).collect();
+        let bent = Law::fit(&bent).unwrap();
+        assert!((0.03..0.12).contains(&bent.residual), "{}", bent.residual);
         assert!(Law::fit(&[point(10.0, 1.0), point(10.0, 1.0), point(10.1, 1.0)]).is_none());
     }
 }

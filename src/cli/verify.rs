@@ -145,6 +145,9 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 }
 
 fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
+    if args.sweep.is_none() {
+        args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
+    }
     if !block.exists() {
         return Err(Failure::reading(block, std::io::ErrorKind::NotFound.into()));
     }
@@ -154,11 +157,11 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         let place = args.as_built.then_some(block);
         return sweep::run(range, args.steps as usize, &side, place, args.pixels as usize, &args.output);
     }
-    for output in &args.output {
-        IrradianceFile::of(output)?;
-    }
     let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (target, offset) = target(args, side.as_ref())?;
+    if args.max_error.is_some() && target.is_none() {
+        return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
+    }
     let subject = Subject::open(block)?;
     let place = place(block, args, side.as_ref(), &subject, target.as_ref())?;
     let examiner = Examiner::new(place, target.as_ref(), args.pixels as usize);
