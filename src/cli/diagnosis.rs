@@ -46,6 +46,9 @@ pub(crate) fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
     vec![unit.map_or_else(|| measures.clone(), |(_, question)| format!("{measures}: {question}"))]
 }
 
+/// Which pixel of the caustic is looked at in place of the one in this column and row.
+type PixelAt<'a> = &'a dyn Fn(usize, usize) -> usize;
+
 /// What would explain the error of a block's caustic: a mirrored picture, another distance or index.
 pub(crate) fn of_picture(
     block: &Block,
@@ -59,11 +62,11 @@ pub(crate) fn of_picture(
         return Ok(Vec::new());
     }
     let (nx, ny) = (caustic.nx, caustic.ny);
-    let seen = |pixel: &dyn Fn(usize, usize) -> usize| {
+    let seen = |pixel: PixelAt<'_>| {
         let values = (0..nx * ny).map(|k| caustic.values[pixel(k % nx, k / nx)]).collect();
         metrics::compare(&Image::new(nx, ny, values), wanted).map(|m| m.rel_rms).map_err(Failure::refused)
     };
-    let turns: [(&str, &dyn Fn(usize, usize) -> usize); 3] = [
+    let turns: [(&str, PixelAt<'_>); 3] = [
         ("mirrored left to right", &|i, j| j * nx + nx - 1 - i),
         ("mirrored top to bottom", &|i, j| (ny - 1 - j) * nx + i),
         ("turned by 180 degrees", &|i, j| (ny - 1 - j) * nx + nx - 1 - i),

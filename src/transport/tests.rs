@@ -1,7 +1,7 @@
 //! The solver as a whole: manufactured solutions, every kind of bench, every shape of picture.
 
 use super::{
-    equation::{Equation, State},
+    equation::Equation,
     newton::{Criterion, Newton},
     path::Jet,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
