@@ -82,7 +82,8 @@ pub(crate) fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgem
 /// judgement made of it.
 pub(crate) fn of_design(
     design: (&pipeline::Block, &Bench),
-    files: &Files,
+    judged: &Judged,
+    others: &[(PathBuf, Mesh)],
     examiner: &Examiner,
     judgement: &Judgement,
 ) -> Result<Vec<Step>, Failure> {
@@ -94,22 +95,22 @@ pub(crate) fn of_design(
     let exact = Subject::of(mesh_of(&block.solid, Some(block.surface.heights_mm())), Path::new("the height field"))?;
     ledger.look("height field, on the normal-mapped plane", &exact, Surface::Spline, Geometry::NormalMappedPlane)?;
     ledger.look("height field, on the displaced surface", &exact, Surface::Spline, Geometry::Displaced)?;
-    let name = file_name(&files.judged);
+    let name = file_name(&judged.path);
     ledger.book(format!("{name} read back, its smooth surface"), judgement.caustic.clone())?;
     for (view, surface, geometry) in &VIEWS[1..] {
-        ledger.look(view, &files.subject, *surface, *geometry)?;
+        ledger.look(view, &judged.subject, *surface, *geometry)?;
     }
-    for (path, other) in &files.others {
+    for (path, other) in others {
         let other_name = file_name(path);
-        if other.triangles == files.mesh.triangles && other.vertices == files.mesh.vertices {
+        if other.triangles == judged.mesh.triangles && other.vertices == judged.mesh.vertices {
             ledger
                 .steps
                 .push(Step { name: format!("{other_name} read back: the vertices of {name}, bit by bit"), seen: None });
             continue;
         }
-        let name = if other.triangles == files.mesh.triangles {
+        let name = if other.triangles == judged.mesh.triangles {
             let worst =
-                other.vertices.iter().zip(&files.mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+                other.vertices.iter().zip(&judged.mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
             format!("{other_name} read back, vertices within {:.1} nm", 1e6 * worst)
         } else {
             format!("{other_name} read back, its smooth surface")
@@ -119,29 +120,24 @@ pub(crate) fn of_design(
     Ok(ledger.steps)
 }
 
-/// The files of a design, read back from disk.
-pub(crate) struct Files {
-    judged: PathBuf,
+/// The file of a design that is judged, read back from disk.
+pub(crate) struct Judged {
+    path: PathBuf,
     mesh: Mesh,
     pub(crate) subject: Subject,
-    others: Vec<(PathBuf, Mesh)>,
 }
 
-impl Files {
-    pub(crate) fn read(judged: &Path, outputs: &[PathBuf]) -> Result<Self, Failure> {
-        let others: Vec<&PathBuf> = outputs.iter().filter(|path| *path != judged).collect();
-        let (mesh, others) = rayon::join(
-            || judge::read(judged),
-            || {
-                others
-                    .into_par_iter()
-                    .map(|path| Ok((path.clone(), judge::read(path)?)))
-                    .collect::<Result<Vec<_>, Failure>>()
-            },
-        );
-        let mesh = mesh?;
-        Ok(Self { judged: judged.into(), subject: Subject::of(mesh.clone(), judged)?, mesh, others: others? })
+impl Judged {
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let mesh = judge::read(path)?;
+        Ok(Self { path: path.into(), subject: Subject::of(mesh.clone(), path)?, mesh })
     }
+}
+
+/// The other files of a design, read back from disk.
+pub(crate) fn read_others(judged: &Path, outputs: &[PathBuf]) -> Result<Vec<(PathBuf, Mesh)>, Failure> {
+    let others: Vec<&PathBuf> = outputs.iter().filter(|path| *path != judged).collect();
+    others.into_par_iter().map(|path| Ok((path.clone(), judge::read(path)?))).collect()
 }
 
 /// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.

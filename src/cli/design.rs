@@ -1,7 +1,7 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    budget::{self, Files, Step},
+    budget::{self, Judged, Step},
     error::Failure,
     judge::{self, Examiner, Judgement, Place},
     plan::Plan,
@@ -159,10 +159,16 @@ impl Opinion {
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
         let side = SideFile::read(&side_file::path_beside(judged))?;
-        let files = Files::read(judged, outputs)?;
         let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
-        let judgement = judge::judge(&files.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-        let steps = budget::of_design((block, &plan.bench), &files, &examiner, &judgement)?;
+        let judge = || {
+            let judged = Judged::read(judged)?;
+            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
+            Ok((judged, judgement))
+        };
+        // Reading text takes its time, on one core.
+        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs));
+        let ((first, judgement), others) = (first?, others?);
+        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         Ok(Self { judgement, steps, wanted })
     }
