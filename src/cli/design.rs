@@ -237,6 +237,9 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         block.summary.iterations(),
         solved.as_secs_f64()
     );
+    for note in &block.summary.notes {
+        println!("                 {note}");
+    }
     if !pictures.is_empty() {
         println!("  pictures       {}", list(pictures));
     }

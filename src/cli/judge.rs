@@ -7,8 +7,8 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Beams, Block, BlockError, Flux, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer, Traversal,
-    Window, beams, facet_beams,
+    Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer,
+    Traversal, Window, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
@@ -110,6 +110,8 @@ impl From<&BenchRecord> for Place {
 /// Looks at subjects on one bench, always with the same pixels.
 pub(crate) struct Examiner {
     scene: Scene,
+    /// How surfaces are understood, if not as their files mean them.
+    surface: Option<Surface>,
     wanted: Option<Image>,
 }
 
@@ -133,13 +135,25 @@ impl Examiner {
         let window = Window { size_mm: place.window_mm, centre_mm: DVec2::ZERO, nx, ny };
         Self {
             scene: Scene::new(place.ior, place.distance_mm, window),
+            surface: None,
             wanted: target.map(|target| image_of(target.resampled(nx, ny).cells())),
         }
     }
 
-    /// The bench with its pixels, looked at as the file means its surface.
+    /// The same, but surfaces understood in this way, and with or without partial reflection.
+    pub(crate) fn seeing(mut self, surface: Option<Surface>, fresnel: Fresnel) -> Self {
+        self.surface = surface;
+        self.scene.fresnel = fresnel;
+        self
+    }
+
+    fn surface_of(&self, subject: &Subject) -> Surface {
+        self.surface.unwrap_or_else(|| subject.surface())
+    }
+
+    /// The bench with its pixels, and the surface of the subject.
     pub(crate) fn scene_for(&self, subject: &Subject) -> Scene {
-        Scene { surface: subject.surface(), ..self.scene }
+        Scene { surface: self.surface_of(subject), ..self.scene }
     }
 
     /// The pixels of the window.
@@ -201,7 +215,7 @@ pub(crate) struct Verdict {
 /// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
 /// lattice of the beams.
 pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Result<Judgement, Failure> {
-    let seen = examiner.look(subject, subject.surface(), Geometry::Displaced)?;
+    let seen = examiner.look(subject, examiner.surface_of(subject), Geometry::Displaced)?;
     let tally = photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)?;
     let verdict = match (examiner.compare(&seen.image)?, examiner.wanted()) {
         (Some(metrics), Some(wanted)) => {

@@ -11,10 +11,10 @@ use super::{
     side_file::{self, SideFile},
     sweep::{self, Range},
 };
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, ValueEnum};
 use glam::DVec2;
 use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::{Image, PhotonPlan, Scene, Traversal, picture};
+use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, picture};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -71,6 +71,14 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "CURVE")]
     transfer: Option<TransferName>,
 
+    /// How the surface between the vertices is understood [default: spline for a block, facets for another solid]
+    #[arg(long, value_name = "NAME")]
+    surface: Option<SurfaceName>,
+
+    /// Count the light that is partially reflected at both faces (Fresnel, unpolarised)
+    #[arg(long)]
+    fresnel: bool,
+
     /// Pixels across at which to judge, at most the picture's own
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
     pixels: u32,
@@ -116,6 +124,26 @@ pub(crate) struct LookArgs {
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SurfaceName {
+    /// The smooth surface through the vertices of a block
+    Spline,
+    /// Flat triangles with interpolated normals, as renderers shade
+    Smooth,
+    /// Flat triangles to the letter
+    Facets,
+}
+
+impl From<SurfaceName> for Surface {
+    fn from(name: SurfaceName) -> Self {
+        match name {
+            SurfaceName::Spline => Self::Spline,
+            SurfaceName::Smooth => Self::Smooth,
+            SurfaceName::Facets => Self::Facets,
+        }
+    }
 }
 
 /// Size of the window: its height follows the target or the solid unless it is given.
@@ -164,7 +192,9 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     let subject = Subject::open(block)?;
     let place = place(block, args, side.as_ref(), &subject, target.as_ref())?;
-    let examiner = Examiner::new(place, target.as_ref(), args.pixels as usize);
+    let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
+    let examiner =
+        Examiner::new(place, target.as_ref(), args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,

@@ -56,6 +56,8 @@ pub struct Level {
 pub struct Summary {
     /// Every level, in order.
     pub levels: Vec<Level>,
+    /// What was chosen automatically.
+    pub notes: Vec<String>,
     /// What the user should know: an unconverged level, a fold, where the solution is weakest.
     pub warnings: Vec<String>,
 }

@@ -78,13 +78,17 @@ pub(super) fn solve(
         }
         sizes.push((nx.div_ceil(2), ny.div_ceil(2)));
     }
+    let floor = options.floor();
+    if target.cells().min_max().0 < floor {
+        summary.notes.push(format!("black parts of the picture get {floor} of the mean light"));
+    }
     progress.begin("transport", sizes.len());
     let mut state: Option<State> = None;
     let mut height_mm = 0.0;
     for (done, &size) in sizes.iter().rev().enumerate() {
         let began = Instant::now();
         let cells = area_resample(target.cells(), size.0, size.1);
-        let mut light = light::nodal(&cells, per_cell, options.floor());
+        let mut light = light::nodal(&cells, per_cell, floor);
         light::normalise(&mut light);
         let grid = ReceiverGrid::new(bench, (size.0 * per_cell.0, size.1 * per_cell.1));
         let mut current = match state.take() {

@@ -22,17 +22,17 @@ use crate::{
 pub struct WarpingOptions {
     /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
     pub coarse_iterations: usize,
-    /// Iterations at most on finer levels; `None`, the default, takes 50, and 200 where the darkest part of the target is below
+    /// Iterations at most on finer levels; `None`, the default, takes 45, and 200 where the darkest part of the target is below
     /// a tenth of its mean.
     pub fine_iterations: Option<usize>,
     /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one the surface is that of a
     /// normal-mapped plane.
     pub height_passes: usize,
-    /// Iterations of each such pass; default 20.
+    /// Iterations of each such pass; default 15.
     pub height_iterations: usize,
     /// Rounds at most that correct the target by what the surface really draws; default 2, 0 to 5: the mesh suffers from more.
     pub closed_loop_rounds: usize,
-    /// Iterations of each such round; default 20.
+    /// Iterations of each such round; default 16.
     pub closed_loop_iterations: usize,
 }
 
@@ -42,9 +42,9 @@ impl Default for WarpingOptions {
             coarse_iterations: 500,
             fine_iterations: None,
             height_passes: 2,
-            height_iterations: 20,
+            height_iterations: 15,
             closed_loop_rounds: 2,
-            closed_loop_iterations: 20,
+            closed_loop_iterations: 16,
         }
     }
 }
@@ -112,7 +112,7 @@ impl Solver for Warping {
         let weight = AreaWeight::Balanced(1.0);
         let mut run = Run { solver: NAME, bench, weight, progress, summary: Summary::default() };
         let dark = wanted.min_max().0 < 0.1;
-        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 50 });
+        let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 45 });
         let coarse = |q: (usize, usize)| q.0.max(q.1) <= COARSE_QUADS;
         let mesh = run.pyramid(&wanted, |q| if coarse(q) { self.options.coarse_iterations } else { fine })?;
         let heights = Field::filled(quads.0 + 1, quads.1 + 1, 0.0);
