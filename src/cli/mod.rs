@@ -28,8 +28,9 @@ Examples:
   glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
   glasswarp crosscheck block.stl --with povray
 
-Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error, 2 a request that makes no
-sense or that physics forbids, 3 a verification fell short, 4 the mesh is no closed solid.";
+Lengths take mm, cm, m or in; a bare number is mm.
+Exit codes: 0 fine, 1 file or internal error, 2 refused: senseless or against physics,
+3 a verification fell short, 4 the mesh is no closed solid.";
 
 /// Turns a picture into a block of glass whose light draws that picture.
 #[derive(Parser)]
