@@ -16,12 +16,17 @@ pub enum ExitFace {
 }
 
 impl ExitFace {
-    /// The quotient `n_b / n_a` of section 2.2 of the paper: 1/ior for glass, 1 for a mirror.
-    pub fn eta(self) -> f64 {
+    /// The refractive index in front of the face over that behind it: the block's for glass, 1 for a mirror.
+    pub fn ior(self) -> f64 {
         match self {
-            Self::Refracts { ior } => 1.0 / ior,
+            Self::Refracts { ior } => ior,
             Self::Reflects => 1.0,
         }
+    }
+
+    /// The quotient `n_b / n_a` of section 2.2 of the paper: 1/ior for glass, 1 for a mirror.
+    pub fn eta(self) -> f64 {
+        1.0 / self.ior()
     }
 }
 

@@ -217,7 +217,7 @@ fn the_side_file_makes_the_same_block_again_bit_by_bit_on_any_number_of_threads(
     let workshop = Workshop::new();
     assert_eq!(
         workshop
-            .run("design picture.png -o a.stl --nodes 65 --no-verify --size 80mm --material pmma --offset 0.2")
+            .run("design picture.png -o a.stl --nodes 65 --no-verify --size 80mm --material polycarbonate --offset 0.2")
             .code,
         FINE
     );

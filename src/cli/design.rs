@@ -121,7 +121,7 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<(), Fa
         distance_mm: plan.bench.distance_mm(),
         window_width_mm: plan.bench.window().width_mm,
         window_height_mm: plan.bench.window().height_mm,
-        ior: 1.0 / plan.bench.exit_face().eta(),
+        ior: plan.bench.exit_face().ior(),
     };
     for (path, outputs) in &sets {
         side_file::write(
@@ -208,7 +208,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         bench.block().width_mm,
         bench.block().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
-        1.0 / bench.exit_face().eta()
+        bench.exit_face().ior()
     );
     println!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",

@@ -205,7 +205,7 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
     };
     let window = plan.bench.window();
     let bench = Place {
-        ior: 1.0 / plan.bench.exit_face().eta(),
+        ior: plan.bench.exit_face().ior(),
         distance_mm: plan.bench.distance_mm(),
         window_mm: DVec2::new(window.width_mm, window.height_mm),
     };

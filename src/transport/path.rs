@@ -14,7 +14,7 @@
 //! A source at a finite distance would change two things here: `l`, the root of a quadratic, and the footprint, which measures
 //! flux. No other file would notice.
 
-use crate::bench::{Bench, ExitFace};
+use crate::bench::Bench;
 use glam::{DMat2, DVec2, DVec3};
 
 /// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
@@ -60,10 +60,7 @@ pub(super) struct Ray {
 
 impl OpticalPath {
     pub(super) fn new(bench: &Bench) -> Self {
-        let index = match bench.exit_face() {
-            ExitFace::Refracts { ior } => ior,
-            ExitFace::Reflects => 1.0,
-        };
+        let index = bench.exit_face().ior();
         let n: DVec3 = bench.light_direction() * index;
         let tangential = n.truncate();
         // A flat face keeps the tangential part of N; beyond the critical angle the ray along it is only a reference.
@@ -243,7 +240,7 @@ fn outer(a: DVec2, b: DVec2) -> DMat2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Extent;
+    use crate::{bench::ExitFace, grid::Extent};
 
     fn benches() -> Vec<Bench> {
         let block = Extent::new(100.0, 80.0);
