@@ -206,6 +206,11 @@ impl PhotonTally {
         self.done.len() as u64 * self.each()
     }
 
+    /// Pixels along x and y.
+    pub fn pixels(&self) -> (usize, usize) {
+        self.pixels
+    }
+
     /// Whether all replicates of the run are in.
     pub fn is_complete(&self) -> bool {
         self.done.len() == self.replicates as usize
