@@ -135,7 +135,11 @@ fn a_file_of_ones_own_is_not_replaced_by_a_side_file() {
     let workshop = Workshop::new();
     let own = "[design]\npicture = \"picture.png\"\nnodes = 65\n";
     fs::write(workshop.path("design.toml"), own).unwrap();
-    workshop.refuses("design design.toml -o design.stl", REFUSED, &["design.toml", "was not written by glasswarp", "-o"]);
+    workshop.refuses(
+        "design design.toml -o design.stl",
+        REFUSED,
+        &["design.toml", "was not written by glasswarp", "-o"],
+    );
     assert_eq!(fs::read_to_string(workshop.path("design.toml")).unwrap(), own);
     for _ in 0..2 {
         assert_eq!(workshop.run("design design.toml -o other.stl --no-verify").code, FINE, "side files are renewed");

@@ -1,12 +1,8 @@
 //! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
 
-use super::{
-    error::Failure, judge, plan::open_picture, settings::TransferName, side_file, verify::IrradianceFile,
-};
+use super::{error::Failure, judge, plan::open_picture, settings::TransferName, side_file, verify::IrradianceFile};
 use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::{
-    Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons,
-};
+use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -85,7 +81,12 @@ fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failur
     let error = tally.error_against(wanted).map_err(Failure::refused)?;
     let m = metrics::compare(&tally.image(), wanted).map_err(Failure::refused)?;
     println!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
-    println!("  relative RMS   {:.5} +- {:.5}, less the noise; {:.5} with it", error.rel_rms(), error.rel_rms_error(), m.rel_rms);
+    println!(
+        "  relative RMS   {:.5} +- {:.5}, less the noise; {:.5} with it",
+        error.rel_rms(),
+        error.rel_rms_error(),
+        m.rel_rms
+    );
     println!("  PSNR           {:.2} dB, with the noise", m.psnr_db);
     println!("  SSIM           {:.4}, with the noise", m.ssim);
     println!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);

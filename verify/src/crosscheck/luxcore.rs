@@ -11,7 +11,7 @@ pub(super) const SCRIPT: Script = Script {
     common: include_str!("luxcore_common.py"),
     map: "",
     image: include_str!("luxcore_image.py"),
-    samples: 64,
+    samples: 128,
 };
 
 pub(super) fn image(folder: &Path, pixels: (usize, usize)) -> Job {

@@ -69,9 +69,7 @@ impl Renderer {
         match self {
             Self::PovRay => "povray".into(),
             Self::Blender => "blender".into(),
-            Self::Mitsuba | Self::LuxCore => {
-                std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into())
-            }
+            Self::Mitsuba | Self::LuxCore => std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into()),
         }
     }
 

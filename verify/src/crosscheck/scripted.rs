@@ -19,12 +19,7 @@ pub(super) struct Script {
 }
 
 /// Writes the mesh, and the script with the bench at its head.
-pub(super) fn write(
-    script: &Script,
-    job: &Job,
-    study: &Study<'_>,
-    shaded: &ShadedMesh,
-) -> Result<(), CrosscheckError> {
+pub(super) fn write(script: &Script, job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
     let vectors = |name: &str, vectors: &[Vec3]| {
         job.write(name, |out| vectors.iter().flat_map(Vec3::to_array).try_for_each(|v| out.write_all(&v.to_le_bytes())))
     };
