@@ -213,11 +213,14 @@ impl Film {
         let [a, b, c, d] = corners.map(|p| self.in_pixels(p));
         let (lo, hi) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
         let limit = DVec2::new(self.nx as f64, self.ny as f64);
-        let (first, last) = (lo.floor(), hi.floor());
-        if first == last && lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
-            self.add(first.x as usize, first.y as usize, units);
-            tally.window += u128::from(units);
-            return;
+        if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
+            // Truncation is much quicker than rounding down, and the same here.
+            let (column, row) = (lo.x as u32, lo.y as u32);
+            if (column, row) == (hi.x as u32, hi.y as u32) {
+                self.add(column as usize, row as usize, units);
+                tally.window += u128::from(units);
+                return;
+            }
         }
         let turns =
             [(b - a).perp_dot(c - b), (c - b).perp_dot(d - c), (d - c).perp_dot(a - d), (a - d).perp_dot(b - a)];

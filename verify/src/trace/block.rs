@@ -177,15 +177,26 @@ impl BlockTracer {
     fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
-            let within =
-                point.truncate().cmpge(self.block.lower).all() && point.truncate().cmple(self.block.upper).all();
-            return if within { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
+            return if self.is_below(point.truncate()) { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
+        }
+        if let (Face::Spline(spline), Traversal::Grid) = (&self.face, self.traversal)
+            && ray.direction.truncate() == DVec2::ZERO
+            && self.is_below(ray.origin.truncate())
+        {
+            // Straight up from a point below the face there is one crossing, and no triangle is needed to find it.
+            return on_spline(spline, ray, 0.0).ok_or(End::Lost);
         }
         let Some(hit) = self.first_crossing(ray) else { return Err(self.miss(ray)) };
         match &self.face {
             Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
             Face::Smooth(_) | Face::Facets => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
         }
+    }
+
+    /// Whether the exit face reaches over a point.
+    #[inline]
+    fn is_below(&self, at: DVec2) -> bool {
+        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all()
     }
 
     /// Where a ray inside the glass meets the triangles of the exit face first.
@@ -257,9 +268,7 @@ impl BlockTracer {
         let to_wall = (wall - ray.origin.truncate()) / d;
         let distances = to_wall.to_array().into_iter().filter(|t| t.is_finite() && *t >= 0.0);
         let leaves_at = ray.at(distances.fold(f64::INFINITY, f64::min));
-        let start = ray.origin.truncate();
-        let starts_within = start.cmpge(lower).all() && start.cmple(upper).all();
-        if !starts_within {
+        if !self.is_below(ray.origin.truncate()) {
             return End::Beside;
         }
         let margin = 1e-9 * (upper - lower).max_element();
