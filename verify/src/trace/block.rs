@@ -130,6 +130,9 @@ impl BlockTracer {
         if direction.z <= 0.0 || self.meets_the_face_again(point, direction) {
             return ended(End::Side);
         }
+        if self.meets_the_rim(point, direction) {
+            return ended(End::Side);
+        }
         let landing = point + direction * ((self.distance_mm - point.z) / direction.z);
         Path {
             end: End::Receiver(landing.truncate()),
@@ -231,6 +234,16 @@ impl BlockTracer {
         } else {
             End::Lost
         }
+    }
+
+    /// Whether light that has left the face at `point` hits the inner walls of a rim that stands above it.
+    #[inline]
+    fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
+        let Some(top) = self.block.rim_z_mm().filter(|&z| z > point.z) else { return false };
+        let passes = (point + direction * ((top - point.z) / direction.z)).truncate();
+        // At the border itself light grazes the wall.
+        let margin = 1e-6;
+        !(passes.cmpge(self.block.lower - margin).all() && passes.cmple(self.block.upper + margin).all())
     }
 
     #[inline]
