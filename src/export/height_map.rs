@@ -169,10 +169,8 @@ impl HeightMap {
         for (name, value) in self.entries() {
             encoder.add_text_chunk(name.to_owned(), value).map_err(io::Error::other)?;
         }
-        let levels: Vec<u8> = self
-            .pixels()
-            .flat_map(|z| (((z - low) / (high - low) * 65535.0).round() as u16).to_be_bytes())
-            .collect();
+        let levels: Vec<u8> =
+            self.pixels().flat_map(|z| (((z - low) / (high - low) * 65535.0).round() as u16).to_be_bytes()).collect();
         let mut writer = encoder.write_header().map_err(io::Error::other)?;
         writer.write_image_data(&levels).map_err(io::Error::other)?;
         writer.finish().map_err(io::Error::other)?;

@@ -1,4 +1,7 @@
-use super::{Design, text::{in_order, plain_decimal}};
+use super::{
+    Design,
+    text::{in_order, plain_decimal},
+};
 use crate::solid::{Face, Solid};
 use std::io::{self, Write};
 

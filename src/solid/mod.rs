@@ -296,11 +296,8 @@ impl Solid {
 
         let corners = upper.len();
         let next = |k: usize| (k + 1) % corners;
-        let outer_walls: &[Face] = if corners == 5 {
-            &[Face::South, Face::East, Face::Mark, Face::North, Face::West]
-        } else {
-            &Face::WALLS
-        };
+        let outer_walls: &[Face] =
+            if corners == 5 { &[Face::South, Face::East, Face::Mark, Face::North, Face::West] } else { &Face::WALLS };
         let bottom = (1..corners - 1).map(|k| [lower[0], lower[k + 1], lower[k]]).collect();
         self.planes.push((Face::Entry, bottom));
         let raised = rim_z > self.surface.heights_mm()[(0, 0)];
@@ -457,8 +454,7 @@ impl Solid {
         if t < self.faces[0].1.end {
             let (i, j) = (t / 2 % cells, t / 2 / cells);
             // Around the cell, counter-clockwise from +z.
-            let [a, b, c, d] =
-                [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.exit.index(i, j));
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.exit.index(i, j));
             return match (self.diagonal(i, j), t % 2) {
                 (Diagonal::Rising, 0) => [a, b, c],
                 (Diagonal::Rising, _) => [a, c, d],

@@ -125,12 +125,7 @@ impl Shape {
 
 impl Rim {
     /// The plane of the rim, mm, over the heights of the border of the exit face and the entry plane.
-    pub(super) fn plane_mm(
-        self,
-        highest_mm: f64,
-        border_mm: (f64, f64),
-        entry_z_mm: f64,
-    ) -> Result<f64, SolidError> {
+    pub(super) fn plane_mm(self, highest_mm: f64, border_mm: (f64, f64), entry_z_mm: f64) -> Result<f64, SolidError> {
         let plane = highest_mm + self.rise_mm;
         let (low, high) = border_mm;
         let lowest = entry_z_mm + LEAST_FLANGE_MM;

@@ -123,9 +123,8 @@ impl ControlNet {
                     }
                     let mut sums = [0.0_f64; 4];
                     for (i, (first, x)) in tables_x.iter().enumerate() {
-                        let at = |dx: usize, dy: usize| -> f64 {
-                            (0..ORDER).map(|l| x[dx][l] * mixed[first + l][dy]).sum()
-                        };
+                        let at =
+                            |dx: usize, dy: usize| -> f64 { (0..ORDER).map(|l| x[dx][l] * mixed[first + l][dy]).sum() };
                         let truth = spline.sample(self.extent.node(i, j, lx, ly));
                         let slope = DVec2::new(at(1, 0), at(0, 1)) * scale - truth.slope;
                         let laplacian = at(2, 0) * scale.x * scale.x + at(0, 2) * scale.y * scale.y
@@ -382,14 +381,17 @@ mod tests {
         let surface = surface(101, 81, |p| wave(p) + 0.01 * p.x * p.x);
         let trapezoid = |f: &Field<f64>| {
             let half = |k: usize, n: usize| if k == 0 || k + 1 == n { 0.5 } else { 1.0 };
-            (0..f.ny()).flat_map(|j| (0..f.nx()).map(move |i| (i, j)))
+            (0..f.ny())
+                .flat_map(|j| (0..f.nx()).map(move |i| (i, j)))
                 .map(|(i, j)| half(i, f.nx()) * half(j, f.ny()) * f[(i, j)])
                 .sum::<f64>()
         };
         let net = ControlNet::fitted(&surface, (20, 16));
         let at_nodes = Field::from_fn(101, 81, |i, j| {
             let ((a, x), (b, y)) = (&net.along_x.nodes[i], &net.along_y.nodes[j]);
-            (0..ORDER).map(|l| y[0][l] * (0..ORDER).map(|k| x[0][k] * net.heights_mm[(a + k, b + l)]).sum::<f64>()).sum()
+            (0..ORDER)
+                .map(|l| y[0][l] * (0..ORDER).map(|k| x[0][k] * net.heights_mm[(a + k, b + l)]).sum::<f64>())
+                .sum()
         });
         assert!((trapezoid(&at_nodes) - trapezoid(surface.heights_mm())).abs() < 1e-10);
     }

@@ -254,8 +254,7 @@ impl Part {
             "(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNCERTAINTY_ASSIGNED_CONTEXT((#{uncertainty}))GLOBAL_UNIT_ASSIGNED_CONTEXT((#{mm},#{radian},#{steradian}))REPRESENTATION_CONTEXT('',''))"
         ));
         let shape = self.add(format!("ADVANCED_BREP_SHAPE_REPRESENTATION({name},(#{origin},#{brep}),#{context})"));
-        let application =
-            self.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
+        let application = self.add("APPLICATION_CONTEXT('core data for automotive mechanical design processes')");
         self.add(format!(
             "APPLICATION_PROTOCOL_DEFINITION('international standard','automotive_design',2001,#{application})"
         ));

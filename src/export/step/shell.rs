@@ -1,9 +1,6 @@
 //! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces with their loops.
 
-use crate::{
-    solid::Solid,
-    surface::ControlNet,
-};
+use crate::{solid::Solid, surface::ControlNet};
 use glam::{DVec2, DVec3};
 
 /// An edge between two vertices.
@@ -27,7 +24,10 @@ pub(super) enum Curve {
 pub(super) enum Surface {
     Net,
     /// Through `at`, with this outward normal.
-    Plane { at: DVec3, normal: DVec3 },
+    Plane {
+        at: DVec3,
+        normal: DVec3,
+    },
 }
 
 /// A face and its loops: edges, each with whether it is run through forwards; the outer loop first.
@@ -61,8 +61,7 @@ impl Shell {
         let around = [(-half.x, -half.y), (half.x, -half.y), (half.x, half.y), (-half.x, half.y)];
         let heights = [(0, 0), (right, 0), (right, top), (0, top)].map(|at| net.heights_mm()[at]);
         let place = |at: DVec2, z: f64| at.extend(z) - solid.origin_mm();
-        let exit: Vec<usize> =
-            (0..4).map(|k| shell.vertex(place(DVec2::from(around[k]), heights[k]))).collect();
+        let exit: Vec<usize> = (0..4).map(|k| shell.vertex(place(DVec2::from(around[k]), heights[k]))).collect();
         for (k, (from, to)) in [(0, 1), (1, 2), (3, 2), (0, 3)].into_iter().enumerate() {
             shell.edges.push(Edge { from: exit[from], to: exit[to], curve: Curve::Border(k) });
         }
@@ -163,8 +162,13 @@ mod tests {
             let shell = Shell::new(&solid, &ControlNet::fitted(&surface, (6, 7)));
             assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{rim:?}");
             for k in 0..edges {
-                let uses: Vec<Sense> =
-                    shell.faces.iter().flat_map(|f| f.loops.iter().flatten()).filter(|u| u.0 == k).map(|u| u.1).collect();
+                let uses: Vec<Sense> = shell
+                    .faces
+                    .iter()
+                    .flat_map(|f| f.loops.iter().flatten())
+                    .filter(|u| u.0 == k)
+                    .map(|u| u.1)
+                    .collect();
                 assert!(uses == [Sense::Forwards, Sense::Backwards] || uses == [Sense::Backwards, Sense::Forwards]);
             }
             // Euler and Poincaré for genus 0: one ring more for every hole.

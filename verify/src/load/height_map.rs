@@ -159,7 +159,10 @@ mod tests {
         let mesh = parse_png(&png_of(&NOTES, png::BitDepth::Sixteen)).unwrap();
         let report = solid::check(&mesh);
         assert!(report.is_sound(), "{report}");
-        assert_eq!((report.lower_mm, report.upper_mm.truncate()), (DVec3::new(-4.0, -4.5, -4.0), DVec3::new(4.0, 4.5, 0.0).truncate()));
+        assert_eq!(
+            (report.lower_mm, report.upper_mm.truncate()),
+            (DVec3::new(-4.0, -4.5, -4.0), DVec3::new(4.0, 4.5, 0.0).truncate())
+        );
         // The first pixel is black, at the left end of the top row: node (0, 3).
         assert_eq!(mesh.vertices[15], DVec3::new(-4.0, 4.5, -1.0));
         assert!((mesh.vertices[4].z - (-1.0 + 19.0 * 0.3)).abs() < 1e-12);

@@ -150,7 +150,14 @@ impl Part<'_> {
         let (kind, values) = self.entities.get(number)?;
         match kind {
             "LINE" => Ok(Vec::new()),
-            "SURFACE_CURVE" | "SEAM_CURVE" => self.curve(reference(&values, 1, number)?),
+            // A curve with its images in the surfaces: once, or it could refer to itself.
+            "SURFACE_CURVE" | "SEAM_CURVE" => {
+                let inner = reference(&values, 1, number)?;
+                match self.entities.get(inner)?.0 {
+                    "SURFACE_CURVE" | "SEAM_CURVE" => Err(odd(number)),
+                    _ => self.curve(inner),
+                }
+            }
             "B_SPLINE_CURVE_WITH_KNOTS" => {
                 let degree = degree(&values, 1, number)?;
                 let points = references(&values, 2, number)?;
@@ -247,9 +254,8 @@ impl Part<'_> {
             .into_par_iter()
             .map(|k| {
                 let (first, weights) = u.weights(u.parameter(k, nu));
-                let mixed: Vec<DVec3> = (0..width)
-                    .map(|j| (0..=u.degree()).map(|l| weights[l] * points[first + l][j]).sum())
-                    .collect();
+                let mixed: Vec<DVec3> =
+                    (0..width).map(|j| (0..=u.degree()).map(|l| weights[l] * points[first + l][j]).sum()).collect();
                 (0..nv)
                     .map(|m| {
                         let (first, weights) = v.weights(v.parameter(m, nv));
@@ -306,12 +312,13 @@ impl Part<'_> {
         let sample = |k: usize| samples[border[k] / nv][border[k] % nv];
         let place = |k: usize| self.vertices[around[k] as usize];
         let n = around.len();
-        let start = (0..n)
-            .min_by(|&a, &b| place(a).distance(sample(0)).total_cmp(&place(b).distance(sample(0))))
-            .unwrap_or(0);
+        let start =
+            (0..n).min_by(|&a, &b| place(a).distance(sample(0)).total_cmp(&place(b).distance(sample(0)))).unwrap_or(0);
         let gap = (0..n).map(|k| place((start + k) % n).distance(sample(k))).fold(0.0, f64::max);
         if gap.is_nan() || gap > GAP_MM {
-            return Err(malformed(format!("the edges of the B-spline face #{number} lie up to {gap:.1e} mm beside it")));
+            return Err(malformed(format!(
+                "the edges of the B-spline face #{number} lie up to {gap:.1e} mm beside it"
+            )));
         }
         (0..n).for_each(|k| vertex[border[k]] = around[(start + k) % n]);
         Ok(())

@@ -156,9 +156,15 @@ impl<'a> Reader<'a> {
             }
             b'\'' => {
                 // A doubled quote is one within the text: two texts in a row, which is the same to us.
-                let end = after.find('\'').ok_or_else(|| self.fault())?;
-                self.rest = &after[end + 1..];
-                if self.rest.starts_with('\'') { self.value() } else { Ok(Value::Text) }
+                self.rest = after;
+                loop {
+                    let end = self.rest.find('\'').ok_or_else(|| self.fault())?;
+                    self.rest = &self.rest[end + 1..];
+                    match self.rest.strip_prefix('\'') {
+                        Some(rest) => self.rest = rest,
+                        None => return Ok(Value::Text),
+                    }
+                }
             }
             b'.' if !after.starts_with(|c: char| c.is_ascii_digit()) => {
                 let end = after.find('.').ok_or_else(|| self.fault())?;

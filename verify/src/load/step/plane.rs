@@ -118,7 +118,9 @@ mod tests {
 
     #[test]
     fn a_wall_under_a_curve_uses_every_vertex_even_on_a_straight_border() {
-        for height in [|_: f64| 2.0, |x: f64| 2.0 + (9.0 * x).sin(), |x: f64| 0.1 + 3.0 * x * x, |x: f64| 3.1 - 3.0 * x * x] {
+        for height in
+            [|_: f64| 2.0, |x: f64| 2.0 + (9.0 * x).sin(), |x: f64| 0.1 + 3.0 * x * x, |x: f64| 3.1 - 3.0 * x * x]
+        {
             let n = 60u32;
             let mut vertices = vec![DVec3::new(0.0, 5.0, 0.0), DVec3::new(1.0, 5.0, 0.0)];
             let x = |k: u32| f64::from(k) / f64::from(n);

@@ -1,5 +1,6 @@
 use super::*;
 use crate::solid;
+use proptest::prelude::*;
 
 /// A block of 4 x 2 x 1 mm whose top is a bilinear net of degree 1, or of a higher one.
 fn block() -> String {
@@ -7,7 +8,8 @@ fn block() -> String {
     let corners = [(0., 0.), (4., 0.), (4., 2.), (0., 2.)];
     for (k, (x, y)) in corners.iter().enumerate() {
         text += &format!("#{}=CARTESIAN_POINT('',({x:?},{y:?},0.));#{}=VERTEX_POINT('',#{0});\n", k + 1, k + 11);
-        text += &format!("#{}=CARTESIAN_POINT('it''s; one',({x:?},{y:?},1.));#{}=VERTEX_POINT('',#{0});\n", k + 5, k + 15);
+        text +=
+            &format!("#{}=CARTESIAN_POINT('it''s; one',({x:?},{y:?},1.));#{}=VERTEX_POINT('',#{0});\n", k + 5, k + 15);
     }
     text += "#30=LINE('',#1,$);\n";
     let edge = |n: usize, a: usize, b: usize| format!("#{n}=EDGE_CURVE('',#{a},#{b},#30,.T.);\n");
@@ -26,7 +28,12 @@ fn block() -> String {
         let n = number;
         number += 10;
         text += &format!("#{}=EDGE_LOOP('',(#{n},#{},#{},#{}));\n", n + 4, n + 1, n + 2, n + 3);
-        text + &format!("#{}=FACE_OUTER_BOUND('',#{},.T.);\n#{}=ADVANCED_FACE('',(#{0}),#{surface},.T.);\n", n + 5, n + 4, n + 6)
+        text + &format!(
+            "#{}=FACE_OUTER_BOUND('',#{},.T.);\n#{}=ADVANCED_FACE('',(#{0}),#{surface},.T.);\n",
+            n + 5,
+            n + 4,
+            n + 6
+        )
     };
     text += &face(31, [(43, "F"), (42, "F"), (41, "F"), (40, "F")]);
     text += &face(32, [(50, "T"), (51, "T"), (52, "T"), (53, "T")]);
@@ -49,7 +56,9 @@ fn fails(from: &str, to: &str, words: &str) {
 
 #[test]
 fn a_box_of_planes_is_closed_and_in_its_unit() {
-    let flat = block().replace("#32=B_SPLINE", "#99=B_SPLINE").replace("#31=PLANE('',#30);", "#31=PLANE('',#30);#32=PLANE('',#30);");
+    let flat = block()
+        .replace("#32=B_SPLINE", "#99=B_SPLINE")
+        .replace("#31=PLANE('',#30);", "#31=PLANE('',#30);#32=PLANE('',#30);");
     for (unit, scale) in [(".MILLI.", 1.0), (".CENTI.", 10.0), ("$", 1000.0)] {
         let mesh = parse(flat.replace("SI_UNIT(.MILLI.", &format!("SI_UNIT({unit}")).as_bytes()).unwrap();
         let report = solid::check(&mesh);
@@ -72,4 +81,25 @@ fn broken_files_are_named() {
     fails(",(0.,1.),.UNSPECIFIED.);", ",(0.,1.),.UNSPEC", "not understood");
     fails("('',(4.0,0.0,0.))", "('',(4.0,nan,0.))", "#2");
     fails("#30,.T.);", "#30,T);", "EDGE");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever is done to a file, it is read or refused, never a panic.
+    #[test]
+    fn damaged_files_are_read_or_refused(
+        damage in prop::collection::vec((any::<prop::sample::Index>(), 32_u8..127), 1..20),
+        keep in any::<prop::sample::Index>(),
+    ) {
+        let mut bytes = block().into_bytes();
+        for (at, value) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        bytes.truncate(keep.index(2 * bytes.len()) + 1);
+        if let Ok(mesh) = parse(&bytes) {
+            prop_assert!(mesh.triangles.iter().flatten().all(|&v| (v as usize) < mesh.vertices.len()));
+        }
+    }
 }
