@@ -110,7 +110,7 @@ impl Plan<'_> {
                 self.at(DVec2::new(-face.x, face.y)),
                 self.at(face),
                 DVec2::new(0.0, -1.0),
-                { 60.0 + self.scale * (stock.y - face.y) },
+                60.0 + self.scale * (stock.y - face.y),
                 &mm(2.0 * face.x),
             );
             dimension(
@@ -118,7 +118,7 @@ impl Plan<'_> {
                 self.at(face),
                 self.at(DVec2::new(face.x, -face.y)),
                 DVec2::new(1.0, 0.0),
-                { 60.0 + self.scale * (stock.x - face.x) },
+                60.0 + self.scale * (stock.x - face.x),
                 &mm(2.0 * face.y),
             );
         }

@@ -1,5 +1,6 @@
 //! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the control net of CAD files.
 
+mod axis;
 mod integrate;
 mod net;
 mod spline;

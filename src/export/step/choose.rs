@@ -9,7 +9,7 @@ use crate::{
 /// How near the exit face of a STEP file must be to the height field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StepTolerance {
-    /// As near as the picture needs: see [`LIGHT`].
+    /// As near as the picture needs: the brightness on the receiver changes by less than half a percent of its mean, rms.
     #[default]
     Picture,
     /// Nowhere further away than this, um.
