@@ -280,7 +280,7 @@ fn the_verifier_finds_the_same_face_and_picture_in_every_shape_and_format() {
                 // What f32 costs at another origin, and a coarser net: far below what any picture shows.
                 Some(plain) => {
                     let moved = metrics::compare(&seen, plain).unwrap().rel_rms;
-                    assert!(moved < 2e-3, "{name}.{format} moves the light by {moved}");
+                    assert!(moved < 3e-3, "{name}.{format} moves the light by {moved}");
                 }
                 None => plain = Some(seen),
             }
@@ -308,7 +308,12 @@ fn the_step_face_is_read_back_as_it_was_fitted() {
 
 #[test]
 fn a_tolerance_gives_the_coarsest_net_that_keeps_it() {
-    let surface = face(201, 133);
+    // With 10 nm of roughness that no fit follows.
+    let smooth = face(201, 133);
+    let rough = Field::from_fn(201, 133, |i, j| {
+        smooth.heights_mm()[(i, j)] + 1e-5 * ((i * 7919 + j * 104_729 + i * j) % 1009) as f64 / 1009.0
+    });
+    let surface = HeightField::new(smooth.extent(), rough);
     let points = |tolerance| {
         let fit = choose_net(&surface, tolerance, &design()).unwrap();
         (fit.net.points().0, 1e3 * fit.error.greatest_mm)
@@ -367,6 +372,7 @@ fn height_maps_give_the_heights_back_within_their_resolution() {
 #[test]
 fn a_rim_above_the_face_stops_the_light_that_would_hit_it() {
     // A ramp: light leaves it sideways, and what leaves near the rim runs into it.
+    const BEAMS: usize = 4000;
     let extent = Extent::new(40.0, 30.0);
     let ramp = HeightField::new(extent, Field::from_fn(9, 9, |i, _| 0.25 * 5.0 * i as f64));
     let lost = |rise_mm: f64| {
@@ -377,17 +383,15 @@ fn a_rim_above_the_face_stops_the_light_that_would_hit_it() {
         export(&path, &solid, &design()).unwrap();
         let block = Block::from_mesh(&load::read(&path).unwrap()).unwrap();
         let window = Window { size_mm: DVec2::splat(400.0), centre_mm: DVec2::ZERO, nx: 64, ny: 64 };
-        beams(&Tracer::for_block(&block, &Scene::new(1.49, 200.0, window)).unwrap(), 400, 300).flux.side
+        beams(&Tracer::for_block(&block, &Scene::new(1.49, 200.0, window)).unwrap(), BEAMS, 8).flux.side
     };
     assert_eq!(lost(-12.0), 0.0);
-    // Refraction at slope 1/4: sin b = 1.49 sin a, deflection b - a. A point at height h below the rim's plane loses what
-    // starts within (plane - h) tan(b - a) of the wall on the low side, where it goes.
+    // Refraction at slope 1/4: sin b = 1.49 sin a, deflected by b - a towards the high side. At x mm from the wall there the plane
+    // of the rim (rise 1) is 1 + x/4 above the face: what starts nearer than its way there is lost.
     let a = 0.25_f64.atan();
-    let deflection = (1.49 * a.sin()).asin() - a;
-    let per_mm = deflection.tan();
-    // At x mm from the low wall the plane is 11 - x/4 above the face (rise 1, relief 10).
-    let x = 11.0 * per_mm / (1.0 + 0.25 * per_mm);
-    assert!((lost(1.0) - x / 40.0).abs() < 2e-3, "{} for {}", lost(1.0), x / 40.0);
+    let per_mm = ((1.49 * a.sin()).asin() - a).tan();
+    let x = per_mm / (1.0 - 0.25 * per_mm);
+    assert!((lost(1.0) - x / 40.0).abs() < 1.0 / BEAMS as f64, "{} for {}", lost(1.0), x / 40.0);
 }
 
 #[test]
@@ -420,5 +424,7 @@ fn freecads_path_workbench_mills_the_step_file() {
         }
     }
     assert!(moves > 500, "{moves} moves");
-    assert!(high < 1e-3 && low > -surface.relief_mm() - 1e-3, "{low} to {high} for {}", surface.relief_mm());
+    // The depth is bounded by FreeCAD's box around the face, which is a little larger than it.
+    assert!(high < 1e-3 && low > -surface.relief_mm() - 0.02, "{low} to {high} for {}", surface.relief_mm());
+    assert!(low < -0.8 * surface.relief_mm(), "{low}: the hollows are not reached");
 }

@@ -101,7 +101,8 @@ impl Solid {
 
     /// The integral of the height above the entry plane over the exit facets and the rim, mm³.
     fn volume_under_heights_mm3(&self) -> f64 {
-        let entry_z = self.entry_z_mm() - self.origin_mm().z;
+        // As the files have it.
+        let entry_z = f64::from(self.file_z(self.entry_z_mm()));
         let upwards = self.faces().into_iter().filter(|(face, _)| matches!(face, Face::Exit | Face::Rim));
         let volumes = upwards.map(|(_, range)| {
             piecewise_sum(range.len(), |k| {

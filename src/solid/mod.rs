@@ -194,7 +194,7 @@ impl Solid {
     }
 
     /// A height of the library's frame as the files have it.
-    fn file_z(&self, z_mm: f64) -> f32 {
+    pub(super) fn file_z(&self, z_mm: f64) -> f32 {
         (z_mm - self.origin.z) as f32
     }
 

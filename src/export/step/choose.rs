@@ -9,7 +9,7 @@ use crate::{
 /// How near the exit face of a STEP file must be to the height field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StepTolerance {
-    /// As near as the picture needs: the brightness on the receiver changes by less than half a percent of its mean, rms.
+    /// As near as the picture needs: the brightness on the receiver changes by about a tenth of a percent of its mean, rms.
     #[default]
     Picture,
     /// Nowhere further away than this, um.
@@ -68,9 +68,10 @@ impl StepTolerance {
     }
 }
 
-/// The change of brightness, relative to the mean, that is allowed for the sake of a smaller file (rms over the face). Pixels
-/// average over it: what is measured on the wall is a third to a sixth of it.
-const LIGHT: f64 = 5e-3;
+/// The change of brightness, relative to the mean, that is allowed for the sake of a smaller file (rms over the face,
+/// to first order). On the wall it is more where the light is bright, and less where pixels average over it: between a sixth
+/// and twice of this was measured.
+const LIGHT: f64 = 1e-3;
 
 /// The relative change of the brightness on the receiver, rms, to first order where the picture is of mean brightness: light is
 /// deflected by `n - 1` times the slope, and what spreads or gathers it is the divergence of that.

@@ -78,7 +78,7 @@ fn broken_files_are_named() {
     fails("(2,2),(2,2),(0.,1.)", "(2,2),(2,2),(1.,0.)", "knots");
     fails("1,1,((#5", "0,1,((#5", "degree");
     fails("(#106,#116", "(#9999,#116", "no entity #9999");
-    fails(",(0.,1.),.UNSPECIFIED.);", ",(0.,1.),.UNSPEC", "not understood");
+    fails(",(0.,1.),.UNSPECIFIED.);", ",(0.,1.),.UNSPECIFIED);", "not understood");
     fails("('',(4.0,0.0,0.))", "('',(4.0,nan,0.))", "#2");
     fails("#30,.T.);", "#30,T);", "EDGE");
 }
