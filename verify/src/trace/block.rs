@@ -12,6 +12,10 @@ use crate::{
 use glam::{DVec2, DVec3};
 use std::sync::OnceLock;
 
+/// How far beyond the border of the face light may pass a rim above it, mm: that of the border itself grazes the wall, and is
+/// straight to rounding only. No rim is made to a micrometre.
+const GRAZE_MM: f64 = 1e-3;
+
 /// A block with its light inside, its exit face and the search structure over the cells of that face.
 #[derive(Debug)]
 pub(super) struct BlockTracer {
@@ -241,9 +245,7 @@ impl BlockTracer {
     fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
         let Some(top) = self.block.rim_z_mm().filter(|&z| z > point.z) else { return false };
         let passes = (point + direction * ((top - point.z) / direction.z)).truncate();
-        // At the border itself light grazes the wall.
-        let margin = 1e-6;
-        !(passes.cmpge(self.block.lower - margin).all() && passes.cmple(self.block.upper + margin).all())
+        !(passes.cmpge(self.block.lower - GRAZE_MM).all() && passes.cmple(self.block.upper + GRAZE_MM).all())
     }
 
     #[inline]
