@@ -5,7 +5,7 @@ use crate::{
     grid::Extent,
     optics::Interface,
     optim::Summary,
-    solid::{Solid, SolidError, Stock},
+    solid::{Shape, Solid, SolidError, Stock},
     solver::{Progress, SolveError, Solver},
     surface::{HeightField, SurfaceSpline},
     target::TargetIrradiance,
@@ -98,9 +98,24 @@ pub fn design(
     stock: Stock,
     progress: &dyn Progress,
 ) -> Result<Block, DesignError> {
+    design_shaped(target, bench, nodes, solver, (stock, Shape::default()), progress)
+}
+
+/// The same with a rim or another origin.
+///
+/// # Errors
+/// Those of [`design`], and a rim that does not fit the face.
+pub fn design_shaped(
+    target: &TargetIrradiance,
+    bench: &Bench,
+    nodes: (usize, usize),
+    solver: &dyn Solver,
+    (stock, shape): (Stock, Shape),
+    progress: &dyn Progress,
+) -> Result<Block, DesignError> {
     let solution = solver.solve(target, bench, nodes, progress)?;
     check_light_leaves(&solution.surface, bench)?;
-    let solid = Solid::new(&solution.surface, stock)?;
+    let solid = Solid::shaped(&solution.surface, stock, shape)?;
     Ok(Block { surface: solution.surface, solid, summary: solution.summary })
 }
 

@@ -23,6 +23,7 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
         "block.difference.png",
         "block.budget.png",
         "block.contours.png",
+        "block.drawing.png",
     ] {
         assert!(fs::metadata(workshop.path(name)).is_ok_and(|m| m.len() > 100), "{name} of {:?}", workshop.files());
     }
@@ -43,6 +44,85 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
         assert!(outcome.out.contains(step), "'{step}' is not in\n{}", outcome.out);
     }
     assert!(workshop.files().iter().all(|name| !name.contains(".part")));
+}
+
+#[test]
+fn a_workshop_gets_its_files_its_frame_and_what_each_of_them_costs() {
+    let workshop = Workshop::new();
+    workshop.draw_chiral_picture();
+    let outcome = workshop.run(
+        "design chiral.png -o block.stl -o block.step -o block.3mf -o block.ply --height-map block.heights.png \
+         --height-map block.heights.exr --nodes 97 --thickness 20mm --rim 8mm,2mm --mark 5mm --origin corner \
+         --step-tolerance 0.5",
+    );
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    for line in [
+        "block.step read back",
+        "block.3mf read back",
+        "block.ply read back: the vertices of block.stl, bit by bit",
+        "block.heights.png read back",
+        "block.heights.exr read back",
+        "control points",
+        "116.00 x 82.67 mm in all",
+        "at the corner of least x and y in the entry face",
+    ] {
+        assert!(outcome.out.contains(line), "'{line}' is not in\n{}", outcome.out);
+    }
+    // Every file draws the picture by itself, from its own origin.
+    let judged = |name: &str| {
+        let judged = workshop.run(&format!("verify {name} --photons 100000"));
+        assert!(judged.code == FINE && judged.err.is_empty(), "{name}: {}{}", judged.out, judged.err);
+        figure(&judged.out, "relative RMS")
+    };
+    let stl = judged("block.stl");
+    for name in ["block.step", "block.3mf", "block.ply", "block.heights.exr"] {
+        assert!((judged(name) - stl).abs() < 3e-3, "{name}");
+    }
+    let side: toml::Table = fs::read_to_string(workshop.path("block.toml")).unwrap().parse().unwrap();
+    assert_eq!(side["frame"]["origin"].as_str(), Some("corner"));
+    assert_eq!(side["frame"]["origin-mm"][0].as_float(), Some(-58.0));
+    assert_eq!(side["frame"]["stock-width-mm"].as_float(), Some(116.0));
+    assert_eq!(side["design"]["rim"].as_str(), Some("8mm,2mm"));
+    let maps: toml::Table = fs::read_to_string(workshop.path("block.heights.toml")).unwrap().parse().unwrap();
+    let pitch = maps["height-maps"]["block.heights.png"]["MmPerPixelX"].as_float().unwrap();
+    assert!((pitch - 100.0 / 96.0).abs() < 1e-12);
+    // The side file makes the same block again, bit by bit.
+    assert_eq!(workshop.run("design block.toml -o again.step -o again.stl --no-verify").code, FINE);
+    for format in ["stl", "step"] {
+        let [first, again] =
+            ["block", "again"].map(|name| fs::read(workshop.path(&format!("{name}.{format}"))).unwrap());
+        let (first, again) = if format == "stl" { (&first[84..], &again[84..]) } else { (&first[..], &again[..]) };
+        assert!(first == again, "{format}");
+    }
+
+    let step = fs::read(workshop.path("block.step")).unwrap();
+    fs::write(workshop.path("cut.step"), &step[..step.len() / 2]).unwrap();
+    workshop.refuses("verify cut.step --bench block.toml", MESH, &["cut.step", "STEP", "truncated"]);
+    workshop.refuses("verify block.panel.png --bench block.toml", MESH, &["block.panel.png", "height map"]);
+}
+
+#[test]
+fn senseless_rims_origins_and_tolerances_are_refused() {
+    let workshop = Workshop::new();
+    let line = "design picture.png -o block.step --nodes 65";
+    for (flags, words) in [
+        ("--step-tolerance 0", ["tolerance of the STEP face is 0 um", "0.00001 um"]),
+        ("--step-tolerance -3", ["-3 um", "1000 um"]),
+        ("--step-tolerance 1e-9", ["0.000000001 um", "resolution of the file"]),
+        ("--step-tolerance fine", ["fine", "--step-tolerance"]),
+        ("--rim 200mm,2mm", ["200 mm", "66.6"]),
+        ("--rim 0mm,2mm", ["0 mm", "0.5 mm"]),
+        ("--rim -5mm,2mm", ["-5 mm", "0.5 mm"]),
+        ("--rim 10mm", ["10mm", "10mm,2mm"]),
+        ("--rim 10mm,-0.2mm", ["-0.2 mm", "flange"]),
+        ("--rim 10mm,-90mm", ["-90 mm", "flange"]),
+        ("--rim 10mm,2mm --mark 11mm", ["11 mm", "10 mm"]),
+        ("--mark 3mm", ["--mark", "--rim"]),
+        ("--origin middle", ["middle", "stock-top"]),
+        ("--height-map heights.tif", ["heights.tif", ".exr"]),
+    ] {
+        workshop.refuses(&format!("{line} {flags}"), REFUSED, &words);
+    }
 }
 
 /// The number that follows `name` on its line.

@@ -3,7 +3,9 @@
 use super::{
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
+    side_file::SideFile,
 };
+use glam::DVec3;
 use glasswarp::{
     bench::Bench,
     forward,
@@ -128,22 +130,27 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let mesh = judge::read(path)?;
+    /// Reads a file whose coordinates are counted from `origin`.
+    pub(crate) fn read(path: &Path, origin: DVec3) -> Result<Self, Failure> {
+        let mesh = judge::read(path)?.moved(origin);
         Ok(Self { path: path.into(), subject: Subject::of(mesh.clone(), path)?, mesh })
     }
 }
 
 /// The other files of a design, read back from disk.
-pub(crate) fn read_others(judged: &Path, outputs: &[PathBuf]) -> Result<Vec<(PathBuf, Mesh)>, Failure> {
+pub(crate) fn read_others(
+    judged: &Path,
+    outputs: &[PathBuf],
+    side: &SideFile,
+) -> Result<Vec<(PathBuf, Mesh)>, Failure> {
     let others: Vec<&PathBuf> = outputs.iter().filter(|path| *path != judged).collect();
-    others.into_par_iter().map(|path| Ok((path.clone(), judge::read(path)?))).collect()
+    others.into_par_iter().map(|path| Ok((path.clone(), judge::read(path)?.moved(side.origin_of(path))))).collect()
 }
 
 /// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.
 pub(crate) fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
     let mut vertices: Vec<glam::DVec3> =
-        (0..solid.vertex_count()).map(|v| glam::Vec3::from(solid.vertex(v)).as_dvec3()).collect();
+        (0..solid.vertex_count()).map(|v| glam::Vec3::from(solid.vertex(v)).as_dvec3() + solid.origin_mm()).collect();
     if let Some(heights_mm) = heights_mm {
         vertices.iter_mut().zip(heights_mm.as_slice()).for_each(|(vertex, &z)| vertex.z = z);
     }

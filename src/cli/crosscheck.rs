@@ -15,7 +15,7 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct CrosscheckArgs {
-    /// The block: .stl, .obj or .glb
+    /// The block: .stl, .obj, .glb, .ply, .3mf, .step, or a height map in .png or .exr
     block: PathBuf,
 
     /// The renderer
@@ -85,7 +85,7 @@ const CONTESTED: f64 = 1e-3;
 
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let side = SideFile::of_block(&args.block, args.bench.as_deref(), "")?;
-    let (mesh, block) = open_block(&args.block)?;
+    let (mesh, block) = open_block(&args.block, side.origin_of(&args.block))?;
     for suspicion in diagnosis::of_dimensions(&block, &side.bench) {
         eprintln!("warning: {suspicion}");
     }

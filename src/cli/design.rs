@@ -10,11 +10,11 @@ use super::{
     side_file::{self, BenchRecord, SideFile},
 };
 use glasswarp::{
-    export::{self, Design, ExportError, Format},
+    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
     optim::Termination,
     pipeline::Block,
     report::{self, Exposure},
-    surface::HeightField,
+    solid::Origin,
 };
 use glasswarp_verify::{Image, PhotonPlan};
 use std::{
@@ -28,10 +28,15 @@ pub(crate) struct DesignArgs {
     /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR), or a design file (.toml) that names it
     picture: PathBuf,
 
-    /// A file to write; its extension is the format: .stl, .obj or .glb. May be given several times [default: the picture's
-    /// name with .stl, in the working folder]
+    /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be given several times
+    /// [default: the picture's name with .stl, in the working folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
+
+    /// Write the exit face as a picture of heights for a router too: .png (16-bit) or .exr (32-bit, mm). May be given several
+    /// times
+    #[arg(long, value_name = "FILE")]
+    height_map: Vec<PathBuf>,
 
     #[command(flatten)]
     settings: Settings,
@@ -53,13 +58,16 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
-    write_files(&plan, &outputs, &block)?;
+    let notes = write_files(&plan, &outputs, &block)?;
     let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &outputs, &block)?) };
     let pictures = match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block.surface)?,
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
         None => Vec::new(),
     };
-    print_summary(&plan, &outputs, &block, solved, &pictures);
+    print_summary(&plan, &outputs, &block, solved, &notes);
+    if !pictures.is_empty() {
+        println!("  pictures       {}", list(&pictures));
+    }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
         budget::print(&opinion.steps, plan.bench.distance_mm());
@@ -88,6 +96,12 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
+    }
+    for map in &args.height_map {
+        HeightMapFormat::from_path(map).map_err(Failure::refused)?;
+    }
+    let outputs = [outputs, args.height_map.clone()].concat();
+    for output in &outputs {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
@@ -102,15 +116,28 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
 }
 
-fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<(), Failure> {
+/// Writes every file and the side files; returns what there is to say of them.
+fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Vec<String>, Failure> {
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
+    let height_map = HeightMap::of(&block.solid);
+    let mut notes = Vec::new();
     for output in outputs {
-        export::export(output, &block.solid, &design).map_err(|error| match error {
-            ExportError::Write(error) => Failure::writing(error),
-            refused => Failure::refused(refused),
-        })?;
+        match Format::from_path(output) {
+            Ok(Format::Step) => notes.push(write_step(plan, output, block, &design)?),
+            Ok(_) => export::export(output, &block.solid, &design).map_err(|error| match error {
+                ExportError::Write(error) => Failure::writing(error),
+                refused => Failure::refused(refused),
+            })?,
+            Err(_) => {
+                height_map.write(output).map_err(|error| match error {
+                    HeightMapError::Write(error) => Failure::writing(error),
+                    refused => Failure::refused(refused),
+                })?;
+                notes.push(height_map_note(output, &height_map));
+            }
+        }
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
     let bench = BenchRecord {
@@ -133,11 +160,45 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<(), Fa
                 bench: &bench,
                 solver: plan.solver,
                 transfer: plan.transfer,
+                solid: &block.solid,
+                height_map: &height_map,
                 outputs,
             },
         )?;
     }
-    Ok(())
+    Ok(notes)
+}
+
+/// Writes a STEP file; returns how near its face is.
+fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
+    let fit = export::choose_net(&block.surface, plan.step, design).map_err(Failure::refused)?;
+    export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
+        .map_err(Failure::writing)?;
+    let (points, nodes) = (fit.net.points(), plan.nodes);
+    let kind = if points == nodes { "the spline through all nodes" } else { "a fit to the nodes" };
+    Ok(format!(
+        "{}: {} x {} control points, {kind}; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
+        output.display(),
+        points.0,
+        points.1,
+        1e3 * fit.error.greatest_mm,
+        1e3 * fit.error.rms_mm,
+        1e6 * fit.error.slope_rms
+    ))
+}
+
+fn height_map_note(output: &Path, map: &HeightMap) -> String {
+    let (low, high) = map.range_mm();
+    let (pitch, size) = (map.pitch_mm(), map.picture_size_mm());
+    format!(
+        "{}: {:.6} x {:.6} mm per pixel, {:.3} x {:.3} mm, black {low:.4} mm, white {high:.4} mm ({:.4} mm deep)",
+        output.display(),
+        pitch.x,
+        pitch.y,
+        size.x,
+        size.y,
+        high - low
+    )
 }
 
 /// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
@@ -162,12 +223,12 @@ impl Opinion {
         let side = SideFile::read(&side_file::path_beside(judged))?;
         let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
         let judge = || {
-            let judged = Judged::read(judged)?;
+            let judged = Judged::read(judged, side.origin_of(judged))?;
             let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
             Ok((judged, judgement))
         };
         // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs));
+        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
         let ((first, judgement), others) = (first?, others?);
         let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
@@ -175,8 +236,8 @@ impl Opinion {
     }
 
     /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
-    /// budget, and the isocontours of the exit face.
-    fn draw(&self, plan: &Plan, output: &Path, surface: &HeightField) -> Result<Vec<PathBuf>, Failure> {
+    /// budget, the isocontours of the exit face, and the block with its dimensions.
+    fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
         let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
@@ -186,7 +247,8 @@ impl Opinion {
             ("caustic", report::irradiance_picture(&caustic, exposure)),
             ("difference", report::difference_picture(&target, &caustic, exposure)),
             ("budget", budget::sheet(&self.steps, &self.wanted, exposure)),
-            ("contours", report::isocontours(surface, 1000)),
+            ("contours", report::isocontours(&block.surface, 1000)),
+            ("drawing", report::dimensioned_drawing(&block.solid, plan.bench.distance_mm())),
         ];
         pictures
             .iter()
@@ -200,8 +262,7 @@ impl Opinion {
 }
 
 /// Prints what was made.
-fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, pictures: &[PathBuf]) {
-    let list = |paths: &[PathBuf]| paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
+fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
     println!("{}", list(outputs));
     println!(
@@ -218,6 +279,19 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         plan.nodes.0,
         plan.nodes.1
     );
+    if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
+        let stock = solid.stock_extent();
+        println!(
+            "  rim            {} mm wide, its plane {:.2} mm above the entry face; {:.2} x {:.2} mm in all",
+            rim.width_mm,
+            z - solid.entry_z_mm(),
+            stock.width_mm,
+            stock.height_mm
+        );
+    }
+    if solid.shape().origin != Origin::Exit {
+        println!("  origin         {}", solid.shape().origin.place());
+    }
     println!("  light          parallel, straight onto the planar entry face");
     println!(
         "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
@@ -241,7 +315,11 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     for note in &block.summary.notes {
         println!("                 {note}");
     }
-    if !pictures.is_empty() {
-        println!("  pictures       {}", list(pictures));
+    for note in notes {
+        println!("  {note}");
     }
+}
+
+fn list(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }

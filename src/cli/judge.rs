@@ -1,7 +1,7 @@
 //! Opens a solid, looks at the light that comes through it, and compares it with the picture.
 
 use super::{error::Failure, side_file::BenchRecord};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use glasswarp::{
     grid::Field,
     target::{TargetIrradiance, to_picture_order},
@@ -24,9 +24,9 @@ pub(crate) enum Subject {
 }
 
 impl Subject {
-    /// Opens a file and finds out what it holds.
-    pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        Self::of(read(path)?, path)
+    /// Opens a file whose coordinates are counted from `origin`, and finds out what it holds.
+    pub(crate) fn open(path: &Path, origin: DVec3) -> Result<Self, Failure> {
+        Self::of(read(path)?.moved(origin), path)
     }
 
     /// Finds out what a mesh is; `path` is where it comes from.
@@ -78,9 +78,9 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
     })
 }
 
-/// Reads a mesh and recognises the block in it.
-pub(crate) fn open_block(path: &Path) -> Result<(Mesh, Block), Failure> {
-    let mesh = read(path)?;
+/// Reads a mesh whose coordinates are counted from `origin`, and recognises the block in it.
+pub(crate) fn open_block(path: &Path, origin: DVec3) -> Result<(Mesh, Block), Failure> {
+    let mesh = read(path)?.moved(origin);
     let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
     Ok((mesh, block))
 }

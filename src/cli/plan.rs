@@ -6,10 +6,11 @@ use super::{
 };
 use glasswarp::{
     bench::{Bench, ExitFace},
+    export::StepTolerance,
     grid::Extent,
     materials,
     pipeline::{self, Block, DesignError},
-    solid::Stock,
+    solid::{Rim, Shape, Stock},
     solver::{Progress, Solver},
     target::{Picture, PictureError, TargetIrradiance, Transfer},
     transport::{Options, Quality, Transport},
@@ -24,6 +25,8 @@ pub(crate) struct Plan {
     pub(crate) bench: Bench,
     pub(crate) nodes: (usize, usize),
     pub(crate) stock: Stock,
+    pub(crate) shape: Shape,
+    pub(crate) step: StepTolerance,
     pub(crate) solver: SolverName,
     pub(crate) transfer: TransferName,
     /// The settings with every default filled in that must not change when the block is made again.
@@ -55,19 +58,29 @@ impl Plan {
         if let Some(least) = settings.min_thickness {
             stock = stock.leaving_at_least(least.mm);
         }
-        stock.check().map_err(|error| Failure::refused(DesignError::from(error)))?;
+        let shape = shape(&settings)?;
+        stock.check().and_then(|()| shape.check(block)).map_err(|error| Failure::refused(DesignError::from(error)))?;
+        let step = settings.step_tolerance.map_or(StepTolerance::Picture, StepTolerance::Micrometres);
+        step.check().map_err(Failure::refused)?;
         (settings.nodes, settings.offset) = (Some(across), Some(offset));
         let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
         let solver = settings.solver.unwrap_or_default();
-        Ok(Self { picture, target, bench, nodes, stock, solver, transfer, settings })
+        Ok(Self { picture, target, bench, nodes, stock, shape, step, solver, transfer, settings })
     }
 
     /// Solves for the block.
     pub(crate) fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
         let solver = self.solver()?;
-        pipeline::design(&self.target, &self.bench, self.nodes, solver.as_ref(), self.stock, progress)
-            .map_err(Failure::refused)
+        pipeline::design_shaped(
+            &self.target,
+            &self.bench,
+            self.nodes,
+            solver.as_ref(),
+            (self.stock, self.shape),
+            progress,
+        )
+        .map_err(Failure::refused)
     }
 
     /// The solver that was chosen, with its options.
@@ -97,6 +110,21 @@ impl Plan {
             SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
         })
     }
+}
+
+/// Rim, mark and origin.
+fn shape(settings: &Settings) -> Result<Shape, Failure> {
+    let rim = settings.rim.map(|rim| Rim {
+        width_mm: rim.width.mm,
+        rise_mm: rim.rise.mm,
+        mark_mm: settings.mark.map(|length| length.mm),
+    });
+    if rim.is_none() && settings.mark.is_some() {
+        return Err(Failure::Usage(
+            "--mark cuts off a corner of the rim, and there is none: add --rim WIDTH,HEIGHT".into(),
+        ));
+    }
+    Ok(Shape { rim, origin: settings.origin.unwrap_or_default().into() })
 }
 
 /// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.

@@ -1,8 +1,11 @@
 use super::{error::Failure, length::Length};
 use clap::{Args, ValueEnum};
-use glasswarp::target::Transfer;
+use glasswarp::{solid::Origin, target::Transfer};
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    str::FromStr,
+};
 
 /// Everything that shapes a block. One declaration serves the command line and the `[design]` table of a TOML file; a flag
 /// goes before the file, the file before the default.
@@ -42,6 +45,23 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "N", help_heading = "Block")]
     pub(crate) nodes: Option<usize>,
 
+    /// A planar rim around the exit face: WIDTH,HEIGHT, its plane HEIGHT above the highest point of the face; negative: a
+    /// flange below the face, to clamp the block by [default: none]
+    #[arg(long, value_name = "WIDTH,HEIGHT", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) rim: Option<RimSize>,
+
+    /// Registration mark: cut this length off the rim's corner at the picture's top left (+x, +y)
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) mark: Option<Length>,
+
+    /// Where the coordinates of the files are counted from [default: exit]
+    #[arg(long, value_name = "PLACE", help_heading = "Block")]
+    pub(crate) origin: Option<OriginName>,
+
+    /// Greatest distance of a STEP file's B-spline face from the height field, in um [default: as near as the picture needs]
+    #[arg(long, value_name = "UM", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) step_tolerance: Option<f64>,
+
     /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes [default: 0.1]
     #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true)]
     pub(crate) offset: Option<f64>,
@@ -77,6 +97,58 @@ impl From<TransferName> for Transfer {
         match name {
             TransferName::Srgb => Self::Srgb,
             TransferName::Linear => Self::Linear,
+        }
+    }
+}
+
+/// Width and height of a rim.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub(crate) struct RimSize {
+    pub(crate) width: Length,
+    pub(crate) rise: Length,
+}
+
+impl FromStr for RimSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (width, rise) = text
+            .split_once(',')
+            .ok_or_else(|| format!("'{text}' is no width and height; write them as 10mm,2mm or 10mm,-4mm"))?;
+        Ok(Self { width: width.parse()?, rise: rise.parse()? })
+    }
+}
+
+impl TryFrom<String> for RimSize {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum OriginName {
+    /// On the axis, in the mean plane of the exit face
+    #[default]
+    Exit,
+    /// On the axis, in the entry face
+    Entry,
+    /// On the axis, at the highest point of the block
+    StockTop,
+    /// At the corner of least x and y, in the entry face
+    Corner,
+}
+
+impl From<OriginName> for Origin {
+    fn from(name: OriginName) -> Self {
+        match name {
+            OriginName::Exit => Self::Exit,
+            OriginName::Entry => Self::Entry,
+            OriginName::StockTop => Self::StockTop,
+            OriginName::Corner => Self::Corner,
         }
     }
 }
@@ -150,6 +222,10 @@ impl Settings {
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
             nodes: self.nodes.or(other.nodes),
+            rim: self.rim.or(other.rim),
+            mark: self.mark.or(other.mark),
+            origin: self.origin.or(other.origin),
+            step_tolerance: self.step_tolerance.or(other.step_tolerance),
             offset: self.offset.or(other.offset),
             transfer: self.transfer.or(other.transfer),
             solver: self.solver.or(other.solver),

@@ -4,7 +4,11 @@ use super::{
     error::Failure,
     settings::{Settings, SolverName, TransferName, name_of},
 };
-use glasswarp::export::write_atomically;
+use glam::DVec3;
+use glasswarp::{
+    export::{HeightMap, HeightMapFormat, write_atomically},
+    solid::Solid,
+};
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::{
@@ -30,12 +34,23 @@ pub(crate) struct BenchRecord {
     pub(crate) ior: f64,
 }
 
+/// Where the coordinates of the files are counted from.
+#[derive(Clone, Debug, Default, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) struct FrameRecord {
+    /// In the frame of the bench, mm.
+    #[serde(default)]
+    pub(crate) origin_mm: [f64; 3],
+}
+
 /// A side file as it is read back.
 #[derive(Clone, Debug, Deserialize)]
 pub(crate) struct SideFile {
     pub(crate) design: Settings,
     pub(crate) bench: BenchRecord,
     pub(crate) picture: PictureRecord,
+    #[serde(default)]
+    pub(crate) frame: FrameRecord,
     #[serde(default)]
     pub(crate) files: BTreeMap<String, String>,
 }
@@ -52,6 +67,12 @@ pub(crate) fn path_beside(output: &Path) -> PathBuf {
 }
 
 impl SideFile {
+    /// Where the vertices of a file of this block are counted from, in the frame of the bench, mm.
+    pub(crate) fn origin_of(&self, file: &Path) -> DVec3 {
+        // Height maps have no origin.
+        if HeightMapFormat::from_path(file).is_ok() { DVec3::ZERO } else { DVec3::from(self.frame.origin_mm) }
+    }
+
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
         let mut side: Self = toml::from_str(&text)
@@ -120,6 +141,8 @@ pub(crate) struct Record<'a> {
     pub(crate) bench: &'a BenchRecord,
     pub(crate) solver: SolverName,
     pub(crate) transfer: TransferName,
+    pub(crate) solid: &'a Solid,
+    pub(crate) height_map: &'a HeightMap,
     /// Outputs that share this side file.
     pub(crate) outputs: &'a [&'a Path],
 }
@@ -156,6 +179,21 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(nodes) = settings.nodes {
         line(format_args!("nodes = {nodes}"))?;
     }
+    if let Some(rim) = settings.rim {
+        line(format_args!(
+            "rim = \"{}mm,{}mm\" # width, and height of its plane above the highest point of the exit face",
+            rim.width.mm, rim.rise.mm
+        ))?;
+    }
+    if let Some(mark) = settings.mark {
+        line(format_args!("mark = \"{}mm\"", mark.mm))?;
+    }
+    if let Some(origin) = settings.origin {
+        line(format_args!("origin = {}", quoted(&name_of(origin))))?;
+    }
+    if let Some(um) = settings.step_tolerance {
+        line(format_args!("step-tolerance = {um:?} # um"))?;
+    }
     if let Some(offset) = settings.offset {
         line(format_args!("offset = {offset:?}"))?;
     }
@@ -185,13 +223,43 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("window-width-mm = {:?} # of the picture on the receiver", bench.window_width_mm))?;
     line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
     line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;
+    frame(&mut line, record.solid)?;
     line(format_args!("\n[picture]"))?;
     line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
     line(format_args!("\n[files] # sha256"))?;
     for output in record.outputs {
         line(format_args!("{} = \"{}\"", quoted(&file_name(output)), hash(output)?))?;
     }
+    for output in record.outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok()) {
+        line(format_args!(
+            "\n[height-maps.{}] # the numbers that stand in its metadata too",
+            quoted(&file_name(output))
+        ))?;
+        for (name, value) in record.height_map.entries() {
+            let value = if value.parse::<f64>().is_ok() { value } else { quoted(&value) };
+            line(format_args!("{name} = {value}"))?;
+        }
+    }
     Ok(text)
+}
+
+/// Where the coordinates of the files are counted from, and what stands around the exit face.
+fn frame(line: &mut impl FnMut(std::fmt::Arguments<'_>) -> Result<(), Failure>, solid: &Solid) -> Result<(), Failure> {
+    let (shape, stock, origin) = (solid.shape(), solid.stock_extent(), solid.origin_mm().to_array());
+    line(format_args!("\n[frame] # of the files: millimetres, z up (GLB: metres, y up); height maps keep to [bench]"))?;
+    line(format_args!("origin = {} # {}", quoted(shape.origin.name()), shape.origin.place()))?;
+    line(format_args!("origin-mm = {origin:?} # in the frame of [bench]"))?;
+    line(format_args!("stock-width-mm = {:?} # along x", stock.width_mm))?;
+    line(format_args!("stock-height-mm = {:?} # along y", stock.height_mm))?;
+    line(format_args!("stock-thickness-mm = {:?} # from the entry face to the highest point", solid.thickness_mm()))?;
+    if let (Some(rim), Some(z)) = (shape.rim, solid.rim_z_mm()) {
+        line(format_args!("rim-width-mm = {:?} # on every side of the exit face", rim.width_mm))?;
+        line(format_args!("rim-z-mm = {z:?} # its plane, in the frame of [bench]"))?;
+        if let Some(mark) = rim.mark_mm {
+            line(format_args!("mark-mm = {mark:?} # cut off the corner at +x, +y: the picture's top left"))?;
+        }
+    }
+    Ok(())
 }
 
 fn file_name(path: &Path) -> String {

@@ -143,7 +143,7 @@ pub(crate) fn run(
     let picture = picture.ok_or_else(|| Failure::Usage("the side file names no picture to design for".into()))?;
     let built = match (as_built, range.quantity) {
         (None, _) => None,
-        (Some(path), Quantity::Distance | Quantity::Index) => Some(Subject::open(path)?),
+        (Some(path), Quantity::Distance | Quantity::Index) => Some(Subject::open(path, side.origin_of(path))?),
         (Some(_), _) => {
             return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
         }

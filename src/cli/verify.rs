@@ -12,7 +12,7 @@ use super::{
     sweep::{self, Range},
 };
 use clap::{Args, Subcommand, ValueEnum};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use glasswarp::target::{TargetIrradiance, Transfer};
 use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, picture};
 use std::{
@@ -38,7 +38,7 @@ enum Action {
 
 #[derive(Args)]
 pub(crate) struct LookArgs {
-    /// The block, or any closed solid: .stl, .obj, .glb or .ply
+    /// The block, or any closed solid: .stl, .obj, .glb, .ply, .3mf, .step, or a height map in .png or .exr
     #[arg(required = true)]
     block: Option<PathBuf>,
 
@@ -189,7 +189,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
-    let subject = Subject::open(block)?;
+    let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
+    let subject = Subject::open(block, origin)?;
     let place = place(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner =

@@ -1,7 +1,7 @@
 use super::{Design, ExportError};
 use crate::{
     bench::ExitFace,
-    solid::{Face, Solid},
+    solid::{Face, Origin, Solid},
 };
 use gltf::binary::{Glb, Header};
 use gltf_json::{
@@ -36,7 +36,8 @@ pub(super) fn check(solid: &Solid) -> Result<(), ExportError> {
 /// Every face has vertices of its own, because normals differ along its border.
 fn vertex_count(solid: &Solid) -> usize {
     let ((nx, ny), (ex, ey)) = (solid.exit_nodes(), solid.entry_nodes());
-    nx * ny + ex * ey + 2 * (nx + ny + ex + ey)
+    // Of a rim's few vertices each is counted once: the limit is a round number.
+    nx * ny + 2 * (nx + ny) + 2 * (ex + ey) + (solid.vertex_count() - nx * ny)
 }
 
 /// Writes binary glTF 2.0: metres, y up, so that (x, y, z) of the library is (x, z, -y) / 1000 in the file. The exit face has
@@ -86,8 +87,9 @@ struct SplitMesh {
 
 impl SplitMesh {
     fn new(solid: &Solid) -> Self {
-        let [(_, exit), planes @ ..] = solid.faces();
-        let planes = planes.map(|(face, range)| {
+        let mut faces = solid.faces().into_iter();
+        let exit_triangles = faces.next().map_or(0, |(_, exit)| exit.len());
+        let planes = faces.map(|(face, range)| {
             let (mut vertices, mut places) = (Vec::new(), HashMap::new());
             let mut place = |v: u32| {
                 *places.entry(v).or_insert_with(|| {
@@ -98,7 +100,7 @@ impl SplitMesh {
             let triangles = range.map(|t| solid.triangle(t).map(&mut place)).collect();
             Plane { face, vertices, triangles }
         });
-        Self { exit_vertices: solid.exit_normals().len(), exit_triangles: exit.len(), planes: planes.into() }
+        Self { exit_vertices: solid.exit_normals().len(), exit_triangles, planes: planes.collect() }
     }
 
     fn vertices(&self) -> usize {
@@ -230,12 +232,9 @@ enum Of {
 
 /// Least and greatest coordinates in the file.
 fn bounds(solid: &Solid) -> ([f32; 3], [f32; 3]) {
+    let (low, high) = solid.bounds();
     // The turn to y up swaps and negates: order the corners afterwards.
-    let exit = 0..solid.exit_normals().len();
-    let top = exit.map(|v| solid.vertex(v)[2]).fold(f32::NEG_INFINITY, f32::max);
-    let low = metres(solid.vertex(solid.exit_normals().len()));
-    let [x, y, _] = solid.vertex(solid.vertex_count() - 1);
-    let high = metres([x, y, top]);
+    let (low, high) = (metres(low), metres(high));
     let ordered = |pick: fn(f32, f32) -> f32| [0, 1, 2].map(|k| pick(low[k], high[k]));
     (ordered(f32::min), ordered(f32::max))
 }
@@ -248,7 +247,7 @@ fn asset(solid: &Solid, design: &Design) -> io::Result<Asset> {
     };
     let extras = serde_json::json!({
         "design": design.name,
-        "frame": "metres, +Y up, light travels +Y, receiver at Y = distance_mm / 1000",
+        "frame": frame(solid),
         "size_mm": [extent.width_mm, extent.height_mm, solid.thickness_mm()],
         "exit_face": if ior.is_some() { "refracts" } else { "reflects" },
         "ior": ior,
@@ -259,6 +258,17 @@ fn asset(solid: &Solid, design: &Design) -> io::Result<Asset> {
         extras: Some(serde_json::value::to_raw_value(&extras)?),
         ..Asset::default()
     })
+}
+
+fn frame(solid: &Solid) -> String {
+    if solid.shape().origin == Origin::Exit {
+        return "metres, +Y up, light travels +Y, receiver at Y = distance_mm / 1000".to_owned();
+    }
+    let exit_z_mm = -solid.origin_mm().z;
+    format!(
+        "metres, +Y up, light travels +Y, mean exit plane at Y = {exit_z_mm} / 1000, receiver at Y = ({exit_z_mm} + distance_mm) / 1000, origin {}",
+        solid.shape().origin.place()
+    )
 }
 
 fn material(solid: &Solid, exit_face: ExitFace) -> Material {

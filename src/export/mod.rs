@@ -1,20 +1,32 @@
 //! The block as files.
 //!
-//! Every format holds the same `f32` vertices: in millimetres in STL and OBJ, in metres and turned to `+y` up in GLB. What
-//! the encoding costs on the wall is the resolution of `f32` near 0, about a micrometre of spot displacement; there is no
-//! quantised form.
+//! Every mesh format holds the same `f32` vertices: in millimetres in STL, OBJ, 3MF and PLY, in metres and turned to `+y` up
+//! in GLB. What the encoding costs on the wall is the resolution of `f32` near 0, about a micrometre of spot displacement.
+//! STEP holds the exit face as a B-spline surface, in decimals of a millimetre. Height maps hold the exit face alone.
 
 mod atomic;
 mod glb;
+mod height_map;
 mod obj;
+mod ply;
+mod step;
 mod stl;
+mod text;
+mod three_mf;
 
 pub use atomic::{Held, WriteError, probe, remove_unfinished, write_atomically};
 pub use glb::write_glb;
+pub use height_map::{HeightMap, HeightMapError, HeightMapFormat, Meaning};
 pub use obj::write_obj;
+pub use ply::write_ply;
+pub use step::{NetFit, StepError, StepTolerance, choose_net, write_step};
 pub use stl::write_stl;
+pub use three_mf::write_3mf;
 
-use crate::{bench::ExitFace, solid::Solid};
+use crate::{
+    bench::ExitFace,
+    solid::{Origin, Solid},
+};
 use std::{fmt, io, path::Path};
 
 /// What a file says about the block beside its geometry.
@@ -36,8 +48,13 @@ impl Design {
             ExitFace::Refracts { ior } => format!("n={ior}"),
             ExitFace::Reflects => "mirror".to_owned(),
         };
+        // In the library's own frame, unless it says otherwise.
+        let origin = match solid.shape().origin {
+            Origin::Exit => String::new(),
+            other => format!(" origin={other}"),
+        };
         format!(
-            "unit=mm {face} distance={} size={}x{} design={}",
+            "unit=mm{origin} {face} distance={} size={}x{} design={}",
             self.distance_mm,
             extent.width_mm,
             extent.height_mm,
@@ -60,6 +77,12 @@ pub enum Format {
     Obj,
     /// Binary glTF 2.0, metres, y up, with the material.
     Glb,
+    /// STEP AP214, millimetres: a B-spline exit face and planes.
+    Step,
+    /// 3MF, millimetres.
+    ThreeMf,
+    /// Binary PLY, millimetres, z up.
+    Ply,
 }
 
 /// Why a block could not be exported.
@@ -94,7 +117,7 @@ fn found(extension: &Option<String>) -> String {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 3] = [Self::Stl, Self::Obj, Self::Glb];
+    pub const ALL: [Self; 6] = [Self::Stl, Self::Obj, Self::Glb, Self::Step, Self::ThreeMf, Self::Ply];
 
     /// The usual extension.
     pub const fn extension(self) -> &'static str {
@@ -102,6 +125,9 @@ impl Format {
             Self::Stl => "stl",
             Self::Obj => "obj",
             Self::Glb => "glb",
+            Self::Step => "step",
+            Self::ThreeMf => "3mf",
+            Self::Ply => "ply",
         }
     }
 
@@ -113,7 +139,12 @@ impl Format {
         let extension = path.extension().map(|e| e.to_string_lossy().into_owned());
         Self::ALL
             .into_iter()
-            .find(|format| extension.as_ref().is_some_and(|e| e.eq_ignore_ascii_case(format.extension())))
+            .find(|format| {
+                // STEP files end in .stp too.
+                let named = |e: &String| e.eq_ignore_ascii_case(format.extension());
+                let short = |e: &String| *format == Self::Step && e.eq_ignore_ascii_case("stp");
+                extension.as_ref().is_some_and(|e| named(e) || short(e))
+            })
             .ok_or_else(|| ExportError::Extension { path: path.display().to_string(), extension })
     }
 
@@ -128,7 +159,7 @@ impl Format {
     pub fn check(self, solid: &Solid) -> Result<(), ExportError> {
         match self {
             Self::Glb => glb::check(solid),
-            Self::Stl | Self::Obj => Ok(()),
+            Self::Stl | Self::Obj | Self::Step | Self::ThreeMf | Self::Ply => Ok(()),
         }
     }
 
@@ -141,6 +172,13 @@ impl Format {
             Self::Stl => write_stl(writer, solid, design),
             Self::Obj => write_obj(writer, solid, design),
             Self::Glb => write_glb(writer, solid, design),
+            Self::Step => {
+                let fit = choose_net(solid.surface(), StepTolerance::Picture, design)
+                    .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
+                write_step(writer, solid, &fit.net, design)
+            }
+            Self::ThreeMf => write_3mf(writer, solid, design),
+            Self::Ply => write_ply(writer, solid, design),
         }
     }
 }
@@ -154,7 +192,8 @@ impl fmt::Display for Format {
 /// Writes the block in the format that the extension names. The file appears whole or not at all.
 ///
 /// # Errors
-/// An unknown extension, a block too large for the format, or a file that cannot be written.
+/// An unknown extension, a block too large for the format, or a file that cannot be written. A STEP file gets the net that
+/// the picture needs; [`choose_net`] and [`write_step`] give the choice.
 pub fn export(path: &Path, solid: &Solid, design: &Design) -> Result<(), ExportError> {
     let format = Format::from_path(path)?;
     format.check(solid)?;

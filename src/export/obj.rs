@@ -1,10 +1,9 @@
-use super::Design;
-use crate::solid::{Face, Solid};
-use rayon::prelude::*;
-use std::{
-    io::{self, Write},
-    ops::Range,
+use super::{
+    Design,
+    text::{in_order, plain_decimal},
 };
+use crate::solid::{Face, Solid};
+use std::io::{self, Write};
 
 /// Writes Wavefront OBJ, mm, z up. Exit vertices have the normals of the smooth surface, the planes their own. Numbers are
 /// the shortest that read back as the same `f32`.
@@ -13,7 +12,7 @@ use std::{
 /// Those of the writer.
 pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result<()> {
     writeln!(writer, "# glasswarp {}", design.summary(solid))?;
-    writeln!(writer, "# millimetres, z up; light travels +z, the mean exit plane is z = 0, the receiver z = distance")?;
+    writeln!(writer, "# {}", solid.frame_line())?;
     writeln!(writer, "o {}", object_name(&design.ascii_name()))?;
     in_order(writer, 0..solid.vertex_count(), |text, v| numbers(text, "v", solid.vertex(v)))?;
     let normals = solid.exit_normals();
@@ -44,45 +43,11 @@ fn object_name(name: &str) -> String {
     if name.is_empty() { "block".to_owned() } else { name }
 }
 
-/// Formats pieces in parallel and writes them in order, so that neither the text as a whole nor more than a few MB of it is
-/// ever held.
-fn in_order(
-    writer: &mut impl Write,
-    items: Range<usize>,
-    format: impl Fn(&mut Vec<u8>, usize) + Sync,
-) -> io::Result<()> {
-    const PIECE: usize = 1 << 12;
-    const PIECES: usize = 1 << 6;
-    for start in items.clone().step_by(PIECE * PIECES) {
-        let texts: Vec<Vec<u8>> = (0..PIECES)
-            .into_par_iter()
-            .map(|k| {
-                let mut text = Vec::with_capacity(PIECE * 40);
-                for item in start + k * PIECE..items.end.min(start + (k + 1) * PIECE) {
-                    format(&mut text, item);
-                }
-                text
-            })
-            .collect();
-        for text in &texts {
-            writer.write_all(text)?;
-        }
-    }
-    Ok(())
-}
-
 fn numbers(text: &mut Vec<u8>, keyword: &str, values: [f32; 3]) {
     text.extend_from_slice(keyword.as_bytes());
     for value in values {
         text.push(b' ');
-        let mut buffer = zmij::Buffer::new();
-        let shortest = buffer.format_finite(value);
-        // Not every reader takes an exponent.
-        if shortest.contains('e') {
-            text.extend_from_slice(value.to_string().as_bytes());
-        } else {
-            text.extend_from_slice(shortest.strip_suffix(".0").unwrap_or(shortest).as_bytes());
-        }
+        plain_decimal(text, value);
     }
     text.push(b'\n');
 }

@@ -3,6 +3,7 @@
 
 mod budget;
 mod curves;
+mod drawing;
 mod ink;
 mod isocontours;
 mod pictures;
@@ -10,6 +11,7 @@ mod sheet;
 
 pub use budget::{BudgetStep, budget_sheet};
 pub use curves::{Curve, curves};
+pub use drawing::dimensioned_drawing;
 pub use isocontours::{contour_interval_mm, isocontours};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
 

@@ -99,14 +99,19 @@ impl Solid {
         })
     }
 
-    /// The integral of the height above the entry plane over the exit facets, mm³.
+    /// The integral of the height above the entry plane over the exit facets and the rim, mm³.
     fn volume_under_heights_mm3(&self) -> f64 {
-        let exit = self.faces().into_iter().find_map(|(face, range)| (face == Face::Exit).then_some(range));
-        piecewise_sum(exit.map_or(0, |range| range.end), |t| {
-            let [a, b, c] = self.corners(t);
-            let area = 0.5 * cross(sub(b, a), sub(c, a))[2];
-            area * ((a[2] + b[2] + c[2]) / 3.0 - self.entry_z_mm())
-        })
+        // As the files have it.
+        let entry_z = f64::from(self.file_z(self.entry_z_mm()));
+        let upwards = self.faces().into_iter().filter(|(face, _)| matches!(face, Face::Exit | Face::Rim));
+        let volumes = upwards.map(|(_, range)| {
+            piecewise_sum(range.len(), |k| {
+                let [a, b, c] = self.corners(range.start + k);
+                let area = 0.5 * cross(sub(b, a), sub(c, a))[2];
+                area * ((a[2] + b[2] + c[2]) / 3.0 - entry_z)
+            })
+        });
+        volumes.sum()
     }
 
     /// The corners of triangle `t`, mm.

@@ -76,4 +76,42 @@ pub enum SolidError {
         /// The thickest standard sheet, mm.
         thickest_mm: f64,
     },
+    /// A rim too narrow to hold, or wider than the exit face.
+    #[error(
+        "the rim is {width_mm} mm wide; it must lie between {least_mm} mm and {greatest_mm} mm, the shorter side of the exit face (--rim WIDTH,HEIGHT)"
+    )]
+    RimWidth {
+        /// Its width, mm.
+        width_mm: f64,
+        /// Least accepted width, mm.
+        least_mm: f64,
+        /// Greatest accepted width, mm.
+        greatest_mm: f64,
+    },
+    /// A rim whose plane cuts the border of the exit face, or a flange without thickness.
+    #[error(
+        "the plane of the rim lies {rise_mm} mm above the highest point of the exit face, and would meet the border of the face or the entry face: take at least {raised_mm:.2} mm for a rim that stands above the face, or {lowered_mm:.2} mm to {lowest_mm:.2} mm for a flange below it (--rim WIDTH,HEIGHT)"
+    )]
+    RimHeight {
+        /// Its plane above the highest point, mm.
+        rise_mm: f64,
+        /// Least height of a raised rim, mm.
+        raised_mm: f64,
+        /// Greatest height of a flange, mm.
+        lowered_mm: f64,
+        /// Least height of a flange, mm.
+        lowest_mm: f64,
+    },
+    /// A mark that the rim cannot hold.
+    #[error(
+        "the mark cuts {mark_mm} mm off the corner of the rim; it must lie between {least_mm} mm and {greatest_mm} mm, the width of the rim (--mark)"
+    )]
+    Mark {
+        /// Its length, mm.
+        mark_mm: f64,
+        /// Least accepted length, mm.
+        least_mm: f64,
+        /// Greatest accepted length, mm.
+        greatest_mm: f64,
+    },
 }

@@ -13,24 +13,29 @@
 //!   border nodes on it, would be thousands of slivers; a full grid would double the file and say nothing.
 //! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry border. There is no
 //!   vertex between the two faces: a reader finds the height nodes as all vertices above the entry plane.
+//! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
+//!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
 
 mod check;
+mod close;
 mod error;
+mod shape;
 mod stock;
 mod walls;
 
 pub use check::{Fault, Invariants};
 pub(crate) use check::{cross, sub};
 pub use error::SolidError;
+pub use shape::{Origin, Rim, Shape};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
     grid::Extent,
     surface::{HeightField, SurfaceSpline},
 };
-use glam::DVec2;
+use close::Nodes;
+use glam::{DVec2, DVec3};
 use std::ops::Range;
-use walls::{entry_cells, strip};
 
 /// One planar or structured side of the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +52,10 @@ pub enum Face {
     North,
     /// The wall facing `-x`.
     West,
+    /// The plane around the exit face, facing `+z`.
+    Rim,
+    /// The wall that cuts off a corner of the rim, facing `+x` and `+y`.
+    Mark,
 }
 
 impl Face {
@@ -62,65 +71,42 @@ impl Face {
             Self::East => [1.0, 0.0, 0.0],
             Self::North => [0.0, 1.0, 0.0],
             Self::West => [-1.0, 0.0, 0.0],
+            Self::Rim => [0.0, 0.0, 1.0],
+            Self::Mark => [std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2, 0.0],
+        }
+    }
+
+    /// The wall that faces the other way.
+    const fn opposite(self) -> Self {
+        match self {
+            Self::South => Self::North,
+            Self::East => Self::West,
+            Self::North => Self::South,
+            Self::West => Self::East,
+            other => other,
         }
     }
 }
 
-/// A regular grid of vertices, numbered row by row from `first`.
-#[derive(Clone, Debug)]
-struct Nodes {
-    first: usize,
-    x: Vec<f32>,
-    y: Vec<f32>,
-}
-
-impl Nodes {
-    fn new(first: usize, extent: Extent, nx: usize, ny: usize) -> Self {
-        // The ends are set to half the size, not computed: the walls are exactly planar and exactly where they belong.
-        let axis = |n: usize, size: f64, place: &dyn Fn(usize) -> f64| -> Vec<f32> {
-            let mut axis: Vec<f32> = (0..n).map(|k| place(k) as f32).collect();
-            (axis[0], axis[n - 1]) = ((-0.5 * size) as f32, (0.5 * size) as f32);
-            axis
-        };
-        let x = axis(nx, extent.width_mm, &|i| extent.node(i, 0, nx, ny).x);
-        let y = axis(ny, extent.height_mm, &|j| extent.node(0, j, nx, ny).y);
-        Self { first, x, y }
-    }
-
-    fn len(&self) -> usize {
-        self.x.len() * self.y.len()
-    }
-
-    fn index(&self, i: usize, j: usize) -> u32 {
-        (self.first + j * self.x.len() + i) as u32
-    }
-
-    /// The nodes along a wall, in the order of a viewer outside of it, from left to right.
-    fn border(&self, wall: Face) -> Vec<u32> {
-        let (right, top) = (self.x.len() - 1, self.y.len() - 1);
-        match wall {
-            Face::South => (0..=right).map(|i| self.index(i, 0)).collect(),
-            Face::East => (0..=top).map(|j| self.index(right, j)).collect(),
-            Face::North => (0..=right).rev().map(|i| self.index(i, top)).collect(),
-            Face::West => (0..=top).rev().map(|j| self.index(0, j)).collect(),
-            Face::Exit | Face::Entry => Vec::new(),
-        }
-    }
-}
-
-/// A closed block of glass in the library's frame, mm: vertices as `f32`, triangles by number.
+/// A closed block of glass, mm: vertices as `f32`, counted from the origin of its [`Shape`]; triangles by number.
 ///
-/// Vertices are the exit face's nodes, row by row, then the entry face's. Triangles are made on demand, in the order of
-/// [`faces`](Self::faces): a block of 4097 x 4097 nodes takes 270 MB, its 33.6 million triangles nothing.
+/// Vertices are the exit face's nodes, row by row, then those of the planes. Triangles of the exit face are made on demand, in
+/// the order of [`faces`](Self::faces): a block of 4097 x 4097 nodes takes 340 MB, its 33.6 million triangles nothing.
 #[derive(Clone, Debug)]
 pub struct Solid {
-    extent: Extent,
+    surface: HeightField,
+    shape: Shape,
+    origin: DVec3,
     exit: Nodes,
-    entry: Nodes,
-    heights: Vec<f32>,
+    entry_nodes: (usize, usize),
     normals: Vec<[f32; 3]>,
+    /// Vertices that are no nodes of the exit face, and the triangles of every plane.
+    rest: Vec<[f32; 3]>,
+    planes: Vec<(Face, Vec<[u32; 3]>)>,
+    faces: Vec<(Face, Range<usize>)>,
+    /// In the library's frame.
     entry_z: f32,
-    walls: [Vec<[u32; 3]>; 4],
+    rim_z_mm: Option<f64>,
     thickness_mm: f64,
     thinnest_mm: f64,
 }
@@ -132,20 +118,34 @@ impl Solid {
     /// at 16 a facet's slope is still right to a few percent.
     const LEAST_STEPS: f64 = 16.0;
 
-    /// Closes a height field to a block of the given stock.
+    /// Closes a height field to a plain block of the given stock, in the library's frame.
     ///
     /// # Errors
-    /// A stock too thin for the relief, heights that are not finite, or more or denser nodes than `f32` mesh files can
-    /// tell apart.
+    /// Those of [`shaped`](Self::shaped).
     pub fn new(surface: &HeightField, stock: Stock) -> Result<Self, SolidError> {
+        Self::shaped(surface, stock, Shape::default())
+    }
+
+    /// Closes a height field to a block of the given stock and shape.
+    ///
+    /// # Errors
+    /// A stock too thin for the relief, heights that are not finite, more or denser nodes than `f32` mesh files can
+    /// tell apart, or a rim that does not fit the face.
+    pub fn shaped(surface: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
+        shape.check(extent)?;
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
             return Err(SolidError::TooManyNodes { nx, ny });
         }
+        let outline = shape.outline(extent);
+        let lower = outline[0];
         let spacing = extent.node_spacing(nx, ny);
-        for (spacing_mm, size_mm) in [(spacing.x, extent.width_mm), (spacing.y, extent.height_mm)] {
-            let least_mm = Self::LEAST_STEPS * f64::from(f32::EPSILON) * 0.5 * size_mm;
+        for (spacing_mm, size_mm, beyond) in
+            [(spacing.x, extent.width_mm, lower.x), (spacing.y, extent.height_mm, lower.y)]
+        {
+            let reach = 0.5 * size_mm - if shape.origin == Origin::Corner { beyond } else { 0.0 };
+            let least_mm = Self::LEAST_STEPS * f64::from(f32::EPSILON) * reach;
             if spacing_mm.is_nan() || spacing_mm <= least_mm.max(f64::from(f32::MIN_POSITIVE)) {
                 return Err(SolidError::TooFine { spacing_mm, size_mm, least_mm });
             }
@@ -154,26 +154,92 @@ impl Solid {
             return Err(SolidError::NotFinite { i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
         }
         let (low, high) = field.min_max();
-        let thickness_mm = stock.thickness_mm(high - low)?;
-        let entry_z = (high - thickness_mm) as f32;
-
-        let heights: Vec<f32> = field.as_slice().iter().map(|&z| z as f32).collect();
-        let exit = Nodes::new(0, extent, nx, ny);
-        let above_entry =
-            |wall| -> Vec<f32> { exit.border(wall).iter().map(|&v: &u32| heights[v as usize] - entry_z).collect() };
-        let [south, east, north, west] = Face::WALLS.map(above_entry);
-        let cells_x = entry_cells(extent.width_mm, [&south[..], &north[..]]);
-        let cells_y = entry_cells(extent.height_mm, [&east[..], &west[..]]);
-        let entry = Nodes::new(exit.len(), extent, cells_x + 1, cells_y + 1);
-        let walls = Face::WALLS.map(|wall| strip(&exit.border(wall), &entry.border(wall)));
-        let normals = exit_normals(surface);
-        let thinnest_mm = thickness_mm - (high - low);
-        Ok(Self { extent, exit, entry, heights, normals, entry_z, walls, thickness_mm, thinnest_mm })
+        let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
+        let top = high + shape.rise_mm();
+        let entry_z = (top - thickness_mm) as f32;
+        let origin = match shape.origin {
+            Origin::Exit => DVec3::ZERO,
+            Origin::Entry => DVec3::Z * f64::from(entry_z),
+            Origin::StockTop => DVec3::Z * top,
+            Origin::Corner => lower.extend(f64::from(entry_z)),
+        };
+        let mut solid = Self {
+            surface: surface.clone(),
+            shape,
+            origin,
+            exit: Nodes::new(0, extent, (nx, ny), origin),
+            entry_nodes: (2, 2),
+            normals: exit_normals(surface),
+            rest: Vec::new(),
+            planes: Vec::new(),
+            faces: Vec::new(),
+            entry_z,
+            rim_z_mm: None,
+            thickness_mm,
+            thinnest_mm: thickness_mm - (high - low) - shape.rise_mm(),
+        };
+        match shape.rim {
+            None => solid.close_below(),
+            Some(rim) => {
+                let border = Face::WALLS.map(|wall| solid.border_heights(wall));
+                let heights = || border.iter().flatten().copied();
+                let (least, greatest) =
+                    (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+                solid.rim_z_mm = Some(rim.plane_mm(high, (least, greatest), f64::from(entry_z))?);
+                solid.close_around(&outline);
+            }
+        }
+        solid.number_faces();
+        Ok(solid)
     }
 
-    /// Size seen along the axis.
+    /// A height of the library's frame as the files have it.
+    pub(super) fn file_z(&self, z_mm: f64) -> f32 {
+        (z_mm - self.origin.z) as f32
+    }
+
+    /// The exit face in double precision, in the library's frame.
+    pub fn surface(&self) -> &HeightField {
+        &self.surface
+    }
+
+    /// Rim and origin.
+    pub fn shape(&self) -> Shape {
+        self.shape
+    }
+
+    /// The origin of the vertices in the library's frame, mm.
+    pub fn origin_mm(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Units, axes and origin of the vertices, as a line of 7-bit text.
+    pub fn frame_line(&self) -> String {
+        let plane = "millimetres, z up; light travels +z, the mean exit plane is";
+        match self.shape.origin {
+            Origin::Exit => format!("{plane} z = 0, the receiver z = distance"),
+            other => format!(
+                "{plane} z = {z}, the receiver z = {z} + distance; the origin is {}",
+                other.place(),
+                z = -self.origin.z
+            ),
+        }
+    }
+
+    /// The plane of the rim in the library's frame, mm, if there is one.
+    pub fn rim_z_mm(&self) -> Option<f64> {
+        self.rim_z_mm
+    }
+
+    /// Size of the exit face seen along the axis.
     pub fn extent(&self) -> Extent {
-        self.extent
+        self.surface.extent()
+    }
+
+    /// Size of the whole block seen along the axis.
+    pub fn stock_extent(&self) -> Extent {
+        let beyond = self.shape.rim.map_or(0.0, |rim| 2.0 * rim.width_mm);
+        Extent::new(self.extent().width_mm + beyond, self.extent().height_mm + beyond)
     }
 
     /// Nodes of the exit face along x and y.
@@ -181,17 +247,17 @@ impl Solid {
         (self.exit.x.len(), self.exit.y.len())
     }
 
-    /// Nodes of the entry face along x and y.
+    /// Nodes of the entry face along x and y, which of a block with a rim are its corners.
     pub fn entry_nodes(&self) -> (usize, usize) {
-        (self.entry.x.len(), self.entry.y.len())
+        self.entry_nodes
     }
 
-    /// The entry plane, mm; negative.
+    /// The entry plane in the library's frame, mm; negative.
     pub fn entry_z_mm(&self) -> f64 {
         f64::from(self.entry_z)
     }
 
-    /// From the entry face to the highest point of the exit face, mm.
+    /// From the entry face to the highest point of the block, mm: the stock.
     pub fn thickness_mm(&self) -> f64 {
         self.thickness_mm
     }
@@ -203,17 +269,25 @@ impl Solid {
 
     /// How many vertices there are.
     pub fn vertex_count(&self) -> usize {
-        self.exit.len() + self.entry.len()
+        self.exit.len() + self.rest.len()
     }
 
-    /// Vertex `v`, mm.
+    /// Vertex `v`, mm from the origin of the shape.
     pub fn vertex(&self, v: usize) -> [f32; 3] {
-        let (nodes, z) = match self.heights.get(v) {
-            Some(&height) => (&self.exit, height),
-            None => (&self.entry, self.entry_z),
-        };
-        let k = v - nodes.first;
-        [nodes.x[k % nodes.x.len()], nodes.y[k / nodes.x.len()], z]
+        match self.surface.heights_mm().as_slice().get(v) {
+            Some(&height) => {
+                [self.exit.x[v % self.exit.x.len()], self.exit.y[v / self.exit.x.len()], self.file_z(height)]
+            }
+            None => self.rest[v - self.exit.len()],
+        }
+    }
+
+    /// Least and greatest coordinates of all vertices, mm.
+    pub fn bounds(&self) -> ([f32; 3], [f32; 3]) {
+        let start = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
+        (0..self.vertex_count()).map(|v| self.vertex(v)).fold(start, |(low, high), at| {
+            ([0, 1, 2].map(|k| low[k].min(at[k])), [0, 1, 2].map(|k| high[k].max(at[k])))
+        })
     }
 
     /// Outward unit normals of the smooth exit face at its nodes, in the order of the vertices: those of the spline through
@@ -222,28 +296,15 @@ impl Solid {
         &self.normals
     }
 
-    /// Every face and the numbers of its triangles; together all triangles in order.
-    pub fn faces(&self) -> [(Face, Range<usize>); 6] {
-        let quads = |nodes: &Nodes| (nodes.x.len() - 1) * (nodes.y.len() - 1);
-        let mut end = 0;
-        let mut next = |count: usize| {
-            end += count;
-            end - count..end
-        };
-        let [south, east, north, west] = &self.walls;
-        [
-            (Face::Exit, next(2 * quads(&self.exit))),
-            (Face::Entry, next(2 * quads(&self.entry))),
-            (Face::South, next(south.len())),
-            (Face::East, next(east.len())),
-            (Face::North, next(north.len())),
-            (Face::West, next(west.len())),
-        ]
+    /// Every face and the numbers of its triangles; together all triangles in order, the exit face's first. A wall that
+    /// faces where another one does has its name too.
+    pub fn faces(&self) -> Vec<(Face, Range<usize>)> {
+        self.faces.clone()
     }
 
     /// How many triangles there are.
     pub fn triangle_count(&self) -> usize {
-        self.faces()[5].1.end
+        self.faces.last().map_or(0, |(_, range)| range.end)
     }
 
     /// The vertices of triangle `t`, counter-clockwise from outside.
@@ -251,33 +312,22 @@ impl Solid {
     /// # Panics
     /// If there is no such triangle.
     pub fn triangle(&self, t: usize) -> [u32; 3] {
-        let quad = |nodes: &Nodes, k: usize| {
-            let cells = nodes.x.len() - 1;
-            let (i, j) = (k / 2 % cells, k / 2 / cells);
+        let cells = self.exit.x.len() - 1;
+        if t < self.faces[0].1.end {
+            let (i, j) = (t / 2 % cells, t / 2 / cells);
             // Around the cell, counter-clockwise from +z.
-            let corners = [nodes.index(i, j), nodes.index(i + 1, j), nodes.index(i + 1, j + 1), nodes.index(i, j + 1)];
-            (i, j, corners)
-        };
-        let faces = self.faces();
-        let (face, range) =
-            faces.iter().find(|(_, range)| t < range.end).unwrap_or_else(|| panic!("there is no triangle {t}"));
-        let k = t - range.start;
-        match face {
-            Face::Exit => {
-                let (i, j, [a, b, c, d]) = quad(&self.exit, k);
-                match (self.diagonal(i, j), k % 2) {
-                    (Diagonal::Rising, 0) => [a, b, c],
-                    (Diagonal::Rising, _) => [a, c, d],
-                    (Diagonal::Falling, 0) => [a, b, d],
-                    (Diagonal::Falling, _) => [b, c, d],
-                }
-            }
-            Face::Entry => {
-                let (_, _, [a, b, c, d]) = quad(&self.entry, k);
-                if k.is_multiple_of(2) { [a, c, b] } else { [a, d, c] }
-            }
-            wall => self.walls[Face::WALLS.iter().position(|w| w == wall).unwrap_or_default()][k],
+            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.exit.index(i, j));
+            return match (self.diagonal(i, j), t % 2) {
+                (Diagonal::Rising, 0) => [a, b, c],
+                (Diagonal::Rising, _) => [a, c, d],
+                (Diagonal::Falling, 0) => [a, b, d],
+                (Diagonal::Falling, _) => [b, c, d],
+            };
         }
+        let mut faces = self.faces[1..].iter().zip(&self.planes);
+        let ((_, range), (_, triangles)) =
+            faces.find(|((_, range), _)| t < range.end).unwrap_or_else(|| panic!("there is no triangle {t}"));
+        triangles[t - range.start]
     }
 
     /// The diagonal of exit cell `(i, j)` along which the surface bends less.
@@ -286,7 +336,9 @@ impl Solid {
     /// signs of Laplacian and twist decide.
     fn diagonal(&self, i: usize, j: usize) -> Diagonal {
         let (nx, ny) = self.exit_nodes();
-        let at = |i: usize, j: usize| f64::from(self.heights[j * nx + i]);
+        let heights = self.surface.heights_mm();
+        // As the files have them.
+        let at = |i: usize, j: usize| f64::from(heights[(i, j)] as f32);
         // Twice the second difference in the middle between nodes k and k + 1, from as many of the four nodes k - 1 to
         // k + 2 as there are.
         let bend = |k: usize, n: usize, h: &dyn Fn(usize) -> f64| {

@@ -39,6 +39,54 @@ fn blocks_of_any_aspect_and_size_are_sound() {
 }
 
 #[test]
+fn rims_marks_and_origins_of_all_kinds_are_sound() {
+    for (width, height, nx, ny) in [(100.0, 60.0, 41, 29), (12.0, 90.0, 4, 61), (50.0, 50.0, 97, 97)] {
+        let surface = surface(Extent::new(width, height), nx, ny, |x, y| 0.2 * wavy(x, y));
+        let (low, high) = surface.heights_mm().min_max();
+        for (rim_width, rise_mm, mark_mm) in
+            [(5.0, 0.06, None), (5.0, 4.0, Some(5.0)), (0.5, low - high - 0.06, Some(0.5)), (12.0, -9.0, Some(7.0))]
+        {
+            for origin in Origin::ALL {
+                let shape = Shape { rim: Some(Rim { width_mm: rim_width, rise_mm, mark_mm }), origin };
+                let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), shape).unwrap();
+                let proved = solid.check().unwrap_or_else(|fault| panic!("{width} x {height}, {shape:?}: {fault}"));
+                let plain = Solid::new(&surface, Stock::of_thickness(16.0 - rise_mm.max(0.0))).unwrap().volume_mm3();
+                let ring = solid.stock_extent().area_mm2() - surface.extent().area_mm2();
+                let cut = 0.5 * mark_mm.unwrap_or(0.0).powi(2);
+                let rim = (ring - cut) * (solid.rim_z_mm().unwrap() - solid.entry_z_mm());
+                // f32 coordinates of a centimetre.
+                assert!((proved.volume_mm3 - plain - rim).abs() < 3e-6 * proved.volume_mm3, "{shape:?}");
+                let (least, greatest) = solid.bounds();
+                match origin {
+                    Origin::Corner => assert_eq!(least, [0.0; 3]),
+                    Origin::Entry => assert_eq!(least[2], 0.0),
+                    Origin::StockTop => assert_eq!(greatest[2], 0.0),
+                    Origin::Exit => assert!(least[2] < 0.0 && greatest[2] > 0.0),
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rims_that_do_not_fit_are_refused_with_their_limits() {
+    let surface = surface(Extent::new(60.0, 40.0), 31, 21, wavy);
+    let made = |width_mm, rise_mm, mark_mm| {
+        let shape = Shape { rim: Some(Rim { width_mm, rise_mm, mark_mm }), origin: Origin::Exit };
+        Solid::shaped(&surface, Stock::of_thickness(16.0), shape).map(drop)
+    };
+    for width in [0.0, -4.0, 41.0, f64::NAN] {
+        assert!(matches!(made(width, 2.0, None), Err(SolidError::RimWidth { .. })), "{width}");
+    }
+    for rise in [-0.1, -1.0, -16.0, f64::NAN, f64::INFINITY] {
+        assert!(matches!(made(8.0, rise, None), Err(SolidError::RimHeight { .. })), "{rise}");
+    }
+    for mark in [0.0, 9.0, -1.0, f64::NAN] {
+        assert!(matches!(made(8.0, 2.0, Some(mark)), Err(SolidError::Mark { .. })), "{mark}");
+    }
+}
+
+#[test]
 fn a_border_steeper_than_the_wall_is_high_keeps_its_walls_upright() {
     let saw =
         surface(

@@ -1,9 +1,12 @@
-//! The exit face: normals to slopes, slopes to heights, and the spline through the heights.
+//! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the control net of CAD files.
 
+mod axis;
 mod integrate;
+mod net;
 mod spline;
 
 pub use integrate::{EdgeRule, heights_of_slopes, least_squares, least_squares_by_conjugate_gradients};
+pub use net::{ControlNet, DEGREE, FitError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Extent, Field};

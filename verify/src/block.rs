@@ -1,4 +1,4 @@
-//! Recognising a block: a planar entry face, an exit face over a regular grid, side walls.
+//! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
 use crate::{mesh::Mesh, solid};
 use glam::{DVec2, DVec3};
@@ -20,6 +20,8 @@ pub struct Block {
     pub(crate) diagonals: Vec<Diagonal>,
     /// Normals at the nodes as the file gives them.
     pub(crate) normals: Option<Vec<DVec3>>,
+    /// The plane around the exit face, mm, if there is one.
+    rim_z: Option<f64>,
 }
 
 /// The diagonal along which a cell of the grid is cut.
@@ -86,22 +88,25 @@ impl Block {
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
-        entry_face(mesh, in_entry, lo, size)?;
-
-        let exit: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
-        let (nx, ny) =
-            (lines(mesh, &exit, lo.x, size.x, |v| v.x, "x")?, lines(mesh, &exit, lo.y, size.y, |v| v.y, "y")?);
-        if nx.checked_mul(ny) != Some(exit.len()) {
-            return Err(BlockError::Grid {
-                why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
-            });
-        }
+        let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
+        let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
+            .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None)));
+        let (grid, rim_z) = plain.or_else(|plain| {
+            // A rim around the exit face, which then is what is left above the entry face.
+            let (in_rim, rim_z) = rim(mesh, in_entry, lo).ok_or_else(|| plain.clone())?;
+            let inside = above.into_iter().filter(|v| !in_rim[*v as usize]).collect();
+            let grid = Grid::over(mesh, inside).map_err(|_| plain)?;
+            entry_face(mesh, in_entry, lo, plan_area(mesh))?;
+            Ok((grid, Some(rim_z)))
+        })?;
+        let Grid { exit, lo: lower, hi: upper, nx, ny } = grid;
+        let extent = upper - lower;
         let mut node_of = vec![u32::MAX; mesh.vertices.len()];
         let mut vertex_at = vec![u32::MAX; exit.len()];
         for &v in &exit {
             let p = mesh.vertices[v as usize];
-            let i = ((p.x - lo.x) / size.x * (nx - 1) as f64).round() as usize;
-            let j = ((p.y - lo.y) / size.y * (ny - 1) as f64).round() as usize;
+            let i = ((p.x - lower.x) / extent.x * (nx - 1) as f64).round() as usize;
+            let j = ((p.y - lower.y) / extent.y * (ny - 1) as f64).round() as usize;
             let node = j * nx + i;
             if vertex_at[node] != u32::MAX {
                 return Err(BlockError::Grid { why: format!("two vertices stand at column {i}, row {j}") });
@@ -116,16 +121,17 @@ impl Block {
             (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
         };
         Ok(Self {
-            lower: lo.truncate(),
-            upper: hi.truncate(),
+            lower,
+            upper,
             entry_z: lo.z,
             nx,
             ny,
-            xs: places(nx, lo.x, hi.x),
-            ys: places(ny, lo.y, hi.y),
+            xs: places(nx, lower.x, upper.x),
+            ys: places(ny, lower.y, upper.y),
             heights,
             diagonals,
             normals,
+            rim_z,
         })
     }
 
@@ -134,7 +140,12 @@ impl Block {
         (self.nx, self.ny)
     }
 
-    /// Size along x and y, mm.
+    /// The plane of the rim around the exit face, mm, if there is one. Light that would hit a rim above the face ends there.
+    pub fn rim_z_mm(&self) -> Option<f64> {
+        self.rim_z
+    }
+
+    /// Size of the exit face along x and y, mm.
     pub fn size_mm(&self) -> DVec2 {
         self.upper - self.lower
     }
@@ -182,8 +193,68 @@ impl Block {
     }
 }
 
-/// Demands that the lowest plane is covered by a face as large as the outline of the block.
-fn entry_face(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3, size: DVec3) -> Result<(), BlockError> {
+/// The vertices of an exit face and their lines.
+struct Grid {
+    exit: Vec<u32>,
+    lo: DVec2,
+    hi: DVec2,
+    nx: usize,
+    ny: usize,
+}
+
+impl Grid {
+    /// Demands that these vertices are a regular grid, as seen from above.
+    fn over(mesh: &Mesh, exit: Vec<u32>) -> Result<Self, BlockError> {
+        let at = |v: u32| mesh.vertices[v as usize].truncate();
+        let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let (lo, hi) = exit.iter().fold(empty, |(lo, hi), &v| (lo.min(at(v)), hi.max(at(v))));
+        if !(hi.cmpgt(lo).all()) {
+            return Err(BlockError::Grid { why: "there are no vertices above the entry face".into() });
+        }
+        let nx = lines(mesh, &exit, lo.x, hi.x - lo.x, |v| v.x, "x")?;
+        let ny = lines(mesh, &exit, lo.y, hi.y - lo.y, |v| v.y, "y")?;
+        if nx.checked_mul(ny) != Some(exit.len()) {
+            return Err(BlockError::Grid {
+                why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
+            });
+        }
+        Ok(Self { exit, lo, hi, nx, ny })
+    }
+}
+
+/// The level plane, facing up, that reaches the edge of the solid at its least x: which vertices lie on its triangles, and its
+/// height. `None` if there is no such plane.
+fn rim(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3) -> Option<(Vec<bool>, f64)> {
+    let at = |v: u32| mesh.vertices[v as usize];
+    let size = mesh.bounds().1 - lo;
+    let tolerance = PLANE_TOLERANCE * size.max_element();
+    let level = |k: usize, z: f64| {
+        let [a, b, c] = mesh.corners(k);
+        [a, b, c].iter().all(|p| (p.z - z).abs() <= tolerance) && (b - a).cross(c - a).z > 0.0
+    };
+    let z = (0..mesh.triangles.len()).find_map(|k| {
+        let [a, ..] = mesh.triangles[k];
+        let at_edge = mesh.triangles[k].iter().any(|&v| at(v).x <= lo.x + tolerance);
+        (at_edge && !in_entry(a) && level(k, at(a).z)).then(|| at(a).z)
+    })?;
+    let mut in_rim = vec![false; mesh.vertices.len()];
+    for k in (0..mesh.triangles.len()).filter(|&k| level(k, z)) {
+        mesh.triangles[k].iter().for_each(|&v| in_rim[v as usize] = true);
+    }
+    Some((in_rim, z))
+}
+
+/// Area of everything that faces up, as seen from above, mm².
+fn plan_area(mesh: &Mesh) -> f64 {
+    let area = |k: usize| {
+        let [a, b, c] = mesh.corners(k);
+        (0.5 * (b - a).cross(c - a).z).max(0.0)
+    };
+    (0..mesh.triangles.len()).map(area).sum()
+}
+
+/// Demands that the lowest plane is covered by a face of this area.
+fn entry_face(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3, needed_mm2: f64) -> Result<(), BlockError> {
     let (mut triangles, mut area_mm2) = (0, 0.0);
     for (k, triangle) in mesh.triangles.iter().enumerate() {
         if triangle.iter().all(|&v| in_entry(v)) {
@@ -192,7 +263,6 @@ fn entry_face(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3, size: DVec
             area_mm2 -= 0.5 * (b - a).cross(c - a).z;
         }
     }
-    let needed_mm2 = size.x * size.y;
     // Not an f32 tolerance but a question of shape: a disc has 0.785 of its outline.
     if (area_mm2 - needed_mm2).abs() > 1e-4 * needed_mm2 {
         return Err(BlockError::EntryFace { triangles, z_mm: lo.z, area_mm2, needed_mm2 });

@@ -38,6 +38,15 @@ impl Mesh {
         self.vertices.iter().fold(empty, |(lo, hi), &v| (lo.min(v), hi.max(v)))
     }
 
+    /// The same mesh elsewhere.
+    #[must_use]
+    pub fn moved(mut self, by: DVec3) -> Self {
+        if by != DVec3::ZERO {
+            self.vertices.iter_mut().for_each(|v| *v += by);
+        }
+        self
+    }
+
     /// Enclosed volume, mm³; negative where the triangles face inwards. Exact to rounding for any closed mesh.
     pub fn volume_mm3(&self) -> f64 {
         // About a point of the mesh, so that a block far from the origin loses no digits.

@@ -68,7 +68,7 @@ fn other_solids_are_sound_but_no_blocks() {
 #[test]
 fn files_that_are_not_there_or_of_no_known_kind_are_named() {
     assert!(matches!(load::read("nowhere.stl".as_ref()), Err(load::LoadError::Read { .. })));
-    assert!(matches!(load::read("block.step".as_ref()), Err(load::LoadError::UnknownExtension { .. })));
+    assert!(matches!(load::read("block.iges".as_ref()), Err(load::LoadError::UnknownExtension { .. })));
 }
 
 #[test]

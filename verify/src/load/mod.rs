@@ -3,9 +3,12 @@
 //! Every format ends as a [`Mesh`] in the frame of the block: millimetres, light along `+z`, vertices unique by position.
 
 mod glb;
+mod height_map;
 mod obj;
 mod ply;
+mod step;
 mod stl;
+mod three_mf;
 
 use crate::mesh::{CornerNormals, Mesh, Welder};
 use glam::DVec3;
@@ -23,7 +26,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// Not one of the formats.
-    #[error("{} is not of a known kind; known are .stl, .obj, .glb and .ply", path.display())]
+    #[error("{} is not of a known kind; known are .stl, .obj, .glb, .ply, .step, .3mf, and the height maps .png and .exr", path.display())]
     UnknownExtension {
         /// Which file.
         path: PathBuf,
@@ -62,7 +65,9 @@ pub enum LoadError {
 
 /// Reads a solid; the format is told by the extension: `.stl` (binary or text; taken as millimetres), `.obj` (millimetres, z
 /// up, read in single precision), `.glb` (metres, +Y up, as glTF has it), `.ply` (text or binary; taken as millimetres, z
-/// up).
+/// up), `.step` or `.stp` (one solid of planes and B-spline faces, sampled so that the spline through the samples is the
+/// face; its own unit), `.3mf` (one object, its own unit), and height maps in `.png` and `.exr` with their numbers in their
+/// metadata (a block is put under them).
 ///
 /// Memory is bounded by a small multiple of the size of the file, whatever it claims.
 ///
@@ -75,6 +80,10 @@ pub fn read(path: &Path) -> Result<Mesh, LoadError> {
         "obj" => obj::parse,
         "glb" => glb::parse,
         "ply" => ply::parse,
+        "step" | "stp" => step::parse,
+        "3mf" => three_mf::parse,
+        "png" => height_map::parse_png,
+        "exr" => height_map::parse_exr,
         _ => return Err(LoadError::UnknownExtension { path: path.into() }),
     };
     let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;

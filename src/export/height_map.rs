@@ -1,0 +1,198 @@
+//! The exit face as a picture of heights, as routers with relief programs want it: 16-bit PNG, or OpenEXR of 32-bit floats.
+//!
+//! A pixel is a node: the middles of the outermost pixels stand on the border of the face. The picture lies as such a program
+//! shows the block from above: its left is `-x`, its top is `+y` (the picture on the wall is seen from the other side, and
+//! left is `+x` there). Both files carry their numbers as text: see [`HeightMap::entries`].
+
+use super::{WriteError, write_atomically};
+use crate::{grid::Field, solid::Solid, surface::HeightField};
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text,
+    WritableImage,
+};
+use glam::DVec2;
+use std::{
+    io::{self, Cursor, Write},
+    path::Path,
+};
+
+/// What the heights of a map are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Meaning {
+    /// The face itself.
+    Surface,
+    /// Where the tip of a cutter goes, already offset for it; the cutter's name, such as `ball 3 mm`.
+    ToolTip(String),
+}
+
+/// Heights above a block's entry plane, ready to be written.
+#[derive(Clone, Debug)]
+pub struct HeightMap {
+    heights_mm: Field<f64>,
+    pitch_mm: DVec2,
+    entry_z_mm: f64,
+    top_z_mm: f64,
+    meaning: Meaning,
+}
+
+/// A file format for height maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum HeightMapFormat {
+    /// Grey, 16 bits: black is the lowest place, white the highest.
+    Png,
+    /// 32-bit floats: mm above the mean plane of the exit face.
+    Exr,
+}
+
+/// Why a height map was not written.
+#[derive(Debug, thiserror::Error)]
+pub enum HeightMapError {
+    /// The extension names no format.
+    #[error("{path:?} has {}; a height map is written as .png (16-bit) or .exr (32-bit)", super::found(extension))]
+    Extension {
+        /// The file that was asked for.
+        path: String,
+        /// Its extension.
+        extension: Option<String>,
+    },
+    /// The file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+impl HeightMapFormat {
+    /// The format that a file's extension names, in capitals or not.
+    ///
+    /// # Errors
+    /// No extension, or an unknown one.
+    pub fn from_path(path: &Path) -> Result<Self, HeightMapError> {
+        let extension = path.extension().map(|e| e.to_string_lossy().into_owned());
+        match extension.as_deref().map(str::to_ascii_lowercase).as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(HeightMapError::Extension { path: path.display().to_string(), extension }),
+        }
+    }
+}
+
+impl HeightMap {
+    /// The map of a block's exit face.
+    pub fn of(solid: &Solid) -> Self {
+        Self::new(solid, solid.surface(), Meaning::Surface)
+    }
+
+    /// The map of other heights over the same block, with the same frame, such as the path of a cutter's tip.
+    pub fn new(solid: &Solid, heights: &HeightField, meaning: Meaning) -> Self {
+        let field = heights.heights_mm();
+        Self {
+            pitch_mm: heights.extent().node_spacing(field.nx(), field.ny()),
+            entry_z_mm: solid.entry_z_mm(),
+            top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
+            heights_mm: field.clone(),
+            meaning,
+        }
+    }
+
+    /// Lowest and highest place, mm above the mean plane of the exit face: black and white of the PNG.
+    pub fn range_mm(&self) -> (f64, f64) {
+        let (low, high) = self.heights_mm.min_max();
+        // A plane is all black; white must be somewhere else.
+        (low, if high > low { high } else { low + 1.0 })
+    }
+
+    /// From the middle of a pixel to that of the next, mm.
+    pub fn pitch_mm(&self) -> DVec2 {
+        self.pitch_mm
+    }
+
+    /// The size to type into a program that takes pixels for areas: pixels times pitch, mm.
+    pub fn picture_size_mm(&self) -> DVec2 {
+        self.pitch_mm * DVec2::new(self.heights_mm.nx() as f64, self.heights_mm.ny() as f64)
+    }
+
+    /// What the map says of itself, in both formats, as names and values: millimetres, decimal.
+    pub fn entries(&self) -> Vec<(&'static str, String)> {
+        let (low, high) = self.range_mm();
+        let size = self.picture_size_mm();
+        let meaning = match &self.meaning {
+            Meaning::Surface => "the face itself".to_owned(),
+            Meaning::ToolTip(cutter) => format!("tip of the cutter {cutter}, already offset"),
+        };
+        let number = |value: f64| format!("{value:?}");
+        vec![
+            ("Title", "height map of a glasswarp block, millimetres".to_owned()),
+            ("Orientation", "seen from above the exit face: left is -x, top is +y; white is high".to_owned()),
+            ("Heights", meaning),
+            ("MmPerPixelX", number(self.pitch_mm.x)),
+            ("MmPerPixelY", number(self.pitch_mm.y)),
+            ("WidthMm", number(size.x)),
+            ("HeightMm", number(size.y)),
+            ("BlackZMm", number(low)),
+            ("WhiteZMm", number(high)),
+            ("DepthMm", number(high - low)),
+            ("WhiteBelowStockTopMm", number(self.top_z_mm - high)),
+            ("StockThicknessMm", number(self.top_z_mm - self.entry_z_mm)),
+            ("EntryZMm", number(self.entry_z_mm)),
+        ]
+    }
+
+    /// Writes the map in the format that the extension names. The file appears whole or not at all.
+    ///
+    /// # Errors
+    /// An unknown extension, or a file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), HeightMapError> {
+        let bytes = match HeightMapFormat::from_path(path)? {
+            HeightMapFormat::Png => self.png(),
+            HeightMapFormat::Exr => self.exr(),
+        };
+        write_atomically(path, |out| out.write_all(&bytes?))?;
+        Ok(())
+    }
+
+    /// Heights in the order of pictures: rows from `+y` down.
+    fn pixels(&self) -> impl Iterator<Item = f64> + '_ {
+        (0..self.heights_mm.ny()).rev().flat_map(|j| self.heights_mm.row(j).iter().copied())
+    }
+
+    fn png(&self) -> io::Result<Vec<u8>> {
+        let (low, high) = self.range_mm();
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.heights_mm.nx() as u32, self.heights_mm.ny() as u32);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Sixteen);
+        let per_metre = |pitch: f64| (1000.0 / pitch).round() as u32;
+        encoder.set_pixel_dims(Some(png::PixelDimensions {
+            xppu: per_metre(self.pitch_mm.x),
+            yppu: per_metre(self.pitch_mm.y),
+            unit: png::Unit::Meter,
+        }));
+        for (name, value) in self.entries() {
+            encoder.add_text_chunk(name.to_owned(), value).map_err(io::Error::other)?;
+        }
+        let levels: Vec<u8> =
+            self.pixels().flat_map(|z| (((z - low) / (high - low) * 65535.0).round() as u16).to_be_bytes()).collect();
+        let mut writer = encoder.write_header().map_err(io::Error::other)?;
+        writer.write_image_data(&levels).map_err(io::Error::other)?;
+        writer.finish().map_err(io::Error::other)?;
+        Ok(bytes)
+    }
+
+    fn exr(&self) -> io::Result<Vec<u8>> {
+        let size = (self.heights_mm.nx(), self.heights_mm.ny());
+        let samples = self.pixels().map(|z| z as f32).collect();
+        let channel = AnyChannel::new("Y", FlatSamples::F32(samples));
+        let mut attributes = LayerAttributes::named("height in mm");
+        for (name, value) in self.entries() {
+            let text = |text: &str| Text::new_or_none(text).ok_or_else(|| io::Error::other("a text that is not Latin"));
+            attributes.other.insert(text(name)?, AttributeValue::Text(text(&value)?));
+        }
+        let channels = AnyChannels::sort(std::iter::once(channel).collect());
+        let layer = Layer::new(size, attributes, Encoding::FAST_LOSSLESS, channels);
+        let mut bytes = Cursor::new(Vec::new());
+        exr::prelude::Image::from_layers(ImageAttributes::with_size(size), vec![layer])
+            .write()
+            .to_buffered(&mut bytes)
+            .map_err(io::Error::other)?;
+        Ok(bytes.into_inner())
+    }
+}

@@ -1,0 +1,290 @@
+//! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions, its axes and its origin.
+
+use super::ink::{Lettering, line, write, write_from};
+use crate::solid::Solid;
+use glam::DVec2;
+use image::{GrayImage, Luma};
+
+/// Longer side of the view from above, pixels.
+const PLAN: f64 = 620.0;
+/// Space around a view for its dimensions, pixels.
+const MARGIN: f64 = 130.0;
+/// Space for the lines of text on the right, pixels.
+const NOTES: f64 = 560.0;
+/// Height of the section, pixels, that heights are stretched to, in whole steps.
+const SECTION: f64 = 120.0;
+/// Greatest stretch of heights.
+const MOST_STRETCH: f64 = 20.0;
+const TEXT: Lettering = Lettering { height: 12.0, grey: 20, halo: 2.0 };
+const NOTE: Lettering = Lettering { height: 11.0, grey: 20, halo: 0.0 };
+/// Half widths of outlines and of dimension lines, pixels, and their greys.
+const OUTLINE: (f64, u8) = (1.1, 0);
+const DIMENSION: (f64, u8) = (0.5, 110);
+
+/// Draws a block in the coordinates of its files, mm, with the distance from its mean exit plane to the receiver.
+///
+/// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies in the plane `y = 0` of
+/// the bench, with heights stretched as it says.
+pub fn dimensioned_drawing(solid: &Solid, distance_mm: f64) -> GrayImage {
+    let stock = solid.stock_extent();
+    let scale = PLAN / stock.width_mm.max(stock.height_mm);
+    let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
+    let tall = scale * stretch * solid.thickness_mm();
+    let size = DVec2::new(scale * stock.width_mm, scale * stock.height_mm);
+    let width = (size.x + 2.0 * MARGIN + NOTES) as u32;
+    let height = (size.y + tall + 3.0 * MARGIN) as u32;
+    let mut image = GrayImage::from_pixel(width, height, Luma([255]));
+    let centre = DVec2::new(MARGIN, MARGIN) + 0.5 * size;
+    let plan = Plan { solid, scale, centre };
+    plan.draw(&mut image);
+    let section = Section { solid, scale, stretch, left: MARGIN, bottom: size.y + 2.0 * MARGIN + tall };
+    section.draw(&mut image);
+    let notes = notes(solid, distance_mm, stretch);
+    for (k, note) in notes.iter().enumerate() {
+        let at = DVec2::new(size.x + 2.0 * MARGIN, MARGIN + 26.0 * k as f64);
+        write_from(&mut image, at, note, NOTE);
+    }
+    image
+}
+
+/// A length without the digits that only rounding errors fill.
+fn mm(value: f64) -> String {
+    format!("{}", (value * 1000.0).round() / 1000.0 + 0.0)
+}
+
+fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
+    let (face, stock, origin) = (solid.extent(), solid.stock_extent(), solid.origin_mm());
+    let (low, high) = solid.surface().heights_mm().min_max();
+    let z = |of_bench: f64| mm(of_bench - origin.z);
+    let mut notes = vec![
+        "all lengths in mm".to_owned(),
+        format!("stock {} × {} × {}", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm())),
+        format!("exit face {} × {}, relief {}", mm(face.width_mm), mm(face.height_mm), mm(high - low)),
+        format!("thinnest place {}", mm(solid.thinnest_mm())),
+        String::new(),
+        format!("origin: {}", solid.shape().origin.name()),
+        format!("  {}", solid.shape().origin.place()),
+        format!("entry face at z = {}", z(solid.entry_z_mm())),
+        format!("lowest place of the exit face z = {}", z(low)),
+        format!("mean exit plane z = {}", z(0.0)),
+        format!("highest place of the exit face z = {}", z(high)),
+    ];
+    if let (Some(rim), Some(plane)) = (solid.shape().rim, solid.rim_z_mm()) {
+        notes.push(format!("rim {} wide, plane at z = {}", mm(rim.width_mm), z(plane)));
+        if let Some(mark) = rim.mark_mm {
+            notes.push(format!("mark: {} cut off the corner +x +y", mm(mark)));
+        }
+    }
+    notes.push(format!("receiver at z = {}: {} from the mean exit plane", z(distance_mm), mm(distance_mm)));
+    notes.extend([
+        String::new(),
+        "light goes along +z, into the flat entry face".to_owned(),
+        "seen on the wall from the block's side:".to_owned(),
+        "  the picture's left is +x, its top is +y".to_owned(),
+        format!("section at the middle, heights {stretch} × enlarged"),
+    ]);
+    notes
+}
+
+/// The view from above.
+struct Plan<'a> {
+    solid: &'a Solid,
+    scale: f64,
+    centre: DVec2,
+}
+
+impl Plan<'_> {
+    /// A point of the bench on the picture.
+    fn at(&self, point: DVec2) -> DVec2 {
+        self.centre + self.scale * DVec2::new(point.x, -point.y)
+    }
+
+    fn draw(&self, image: &mut GrayImage) {
+        let (face, stock) = (0.5 * self.solid.extent().as_vec(), 0.5 * self.solid.stock_extent().as_vec());
+        closed(image, self.solid.shape().outline(self.solid.extent()).iter().map(|&p| self.at(p)));
+        if self.solid.shape().rim.is_some() {
+            let corners = [-face, DVec2::new(face.x, -face.y), face, DVec2::new(-face.x, face.y)];
+            closed(image, corners.iter().map(|&p| self.at(p)));
+            dimension(
+                image,
+                self.at(DVec2::new(-face.x, face.y)),
+                self.at(face),
+                DVec2::new(0.0, -1.0),
+                60.0 + self.scale * (stock.y - face.y),
+                &mm(2.0 * face.x),
+            );
+            dimension(
+                image,
+                self.at(face),
+                self.at(DVec2::new(face.x, -face.y)),
+                DVec2::new(1.0, 0.0),
+                60.0 + self.scale * (stock.x - face.x),
+                &mm(2.0 * face.y),
+            );
+        }
+        let (lower, right) = (self.at(-stock), self.at(DVec2::new(stock.x, -stock.y)));
+        dimension(image, lower, right, DVec2::new(0.0, 1.0), 60.0, &mm(2.0 * stock.x));
+        dimension(
+            image,
+            self.at(DVec2::new(-stock.x, stock.y)),
+            lower,
+            DVec2::new(-1.0, 0.0),
+            60.0,
+            &mm(2.0 * stock.y),
+        );
+        write(image, DVec2::new(self.centre.x, 22.0), 0.0, "seen from above the exit face", TEXT);
+        let corner = self.at(face) + DVec2::new(-96.0, 22.0);
+        write(image, corner, 0.0, "picture's top left", TEXT);
+        self.origin(image);
+    }
+
+    /// The origin of the files and its axes.
+    fn origin(&self, image: &mut GrayImage) {
+        let origin = self.at(self.solid.origin_mm().truncate());
+        for (direction, name) in [(DVec2::new(1.0, 0.0), "x"), (DVec2::new(0.0, -1.0), "y")] {
+            arrow(image, origin, origin + 70.0 * direction, 0);
+            write(image, origin + 86.0 * direction, 0.0, name, TEXT);
+        }
+        for k in 0..24 {
+            let ends =
+                [k, k + 1].map(|k| origin + 7.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 24.0));
+            line(image, ends[0], ends[1], 0.9, 0);
+        }
+        write(image, origin + DVec2::new(34.0, 18.0), 0.0, "origin", TEXT);
+    }
+}
+
+/// The section through the middle of the block.
+struct Section<'a> {
+    solid: &'a Solid,
+    scale: f64,
+    stretch: f64,
+    left: f64,
+    bottom: f64,
+}
+
+impl Section<'_> {
+    /// A point of the bench, by x and z, on the picture.
+    fn at(&self, x: f64, z: f64) -> DVec2 {
+        let from_left = x + 0.5 * self.solid.stock_extent().width_mm;
+        let above = self.stretch * (z - self.solid.entry_z_mm());
+        DVec2::new(self.left + self.scale * from_left, self.bottom - self.scale * above)
+    }
+
+    fn draw(&self, image: &mut GrayImage) {
+        let (face, stock) = (self.solid.extent(), self.solid.stock_extent());
+        let heights = self.solid.surface().heights_mm();
+        let (nx, ny) = (heights.nx(), heights.ny());
+        let row = heights.row(ny / 2);
+        let (entry, half) = (self.solid.entry_z_mm(), 0.5 * stock.width_mm);
+        let mut profile: Vec<DVec2> =
+            (0..nx).map(|i| self.at(face.width_mm * (i as f64 / (nx - 1) as f64 - 0.5), row[i])).collect();
+        let top = entry + self.solid.thickness_mm();
+        let edge = self.solid.rim_z_mm();
+        if let Some(rim_z) = edge {
+            let inner = 0.5 * face.width_mm;
+            profile.splice(0..0, [self.at(-half, rim_z), self.at(-inner, rim_z)]);
+            profile.extend([self.at(inner, rim_z), self.at(half, rim_z)]);
+        }
+        profile.extend([self.at(half, entry), self.at(-half, entry)]);
+        closed(image, profile.into_iter());
+        dashed(image, self.at(-half, 0.0) - DVec2::new(20.0, 0.0), self.at(half, 0.0) + DVec2::new(20.0, 0.0));
+        write_from(image, self.at(half, 0.0) + DVec2::new(26.0, 0.0), "mean exit plane", NOTE);
+        let thickness = mm(self.solid.thickness_mm());
+        dimension(image, self.at(-half, top), self.at(-half, entry), DVec2::new(-1.0, 0.0), 60.0, &thickness);
+        for k in 0..5 {
+            let x = half * (0.4 * f64::from(k) - 0.8);
+            let foot = self.at(x, entry);
+            arrow(image, foot + DVec2::new(0.0, 48.0), foot + DVec2::new(0.0, 8.0), 110);
+        }
+        write(image, self.at(0.0, entry) + DVec2::new(0.0, 66.0), 0.0, "light, z", TEXT);
+        let origin = self.solid.origin_mm();
+        let at = self.at(origin.x, origin.z);
+        line(image, at - DVec2::new(9.0, 0.0), at + DVec2::new(9.0, 0.0), 1.2, 0);
+        line(image, at - DVec2::new(0.0, 9.0), at + DVec2::new(0.0, 9.0), 1.2, 0);
+        write(image, at + DVec2::new(34.0, -16.0), 0.0, "origin", TEXT);
+    }
+}
+
+fn closed(image: &mut GrayImage, points: impl Iterator<Item = DVec2>) {
+    let points: Vec<DVec2> = points.collect();
+    for k in 0..points.len() {
+        line(image, points[k], points[(k + 1) % points.len()], OUTLINE.0, OUTLINE.1);
+    }
+}
+
+fn dashed(image: &mut GrayImage, a: DVec2, b: DVec2) {
+    let pieces = ((b - a).length() / 14.0).ceil();
+    for k in (0..pieces as usize).step_by(2) {
+        let at = |k: usize| a.lerp(b, (k as f64 / pieces).min(1.0));
+        line(image, at(k), at(k + 1), DIMENSION.0, DIMENSION.1);
+    }
+}
+
+fn arrow(image: &mut GrayImage, from: DVec2, to: DVec2, grey: u8) {
+    line(image, from, to, 0.7, grey);
+    let back = (from - to).normalize_or_zero();
+    for side in [0.35, -0.35] {
+        line(image, to, to + 11.0 * DVec2::from_angle(side).rotate(back), 0.7, grey);
+    }
+}
+
+/// A length between two points, drawn `away` pixels to one side.
+fn dimension(image: &mut GrayImage, a: DVec2, b: DVec2, side: DVec2, away: f64, text: &str) {
+    let shift = away * side;
+    for end in [a, b] {
+        line(image, end + 6.0 * side, end + shift + 6.0 * side, DIMENSION.0, DIMENSION.1);
+    }
+    let (from, to) = (a + shift, b + shift);
+    arrow(image, from, to, DIMENSION.1);
+    arrow(image, to, from, DIMENSION.1);
+    let angle = if side.x == 0.0 { 0.0 } else { -std::f64::consts::FRAC_PI_2 };
+    write(image, 0.5 * (from + to), angle, text, Lettering { halo: 6.0, ..TEXT });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        grid::{Extent, Field},
+        solid::{Origin, Rim, Shape, Stock},
+        surface::HeightField,
+    };
+
+    fn solid(shape: Shape) -> Solid {
+        let surface = HeightField::new(Extent::new(60.0, 40.0), Field::from_fn(13, 9, |i, j| 0.02 * (i * j) as f64));
+        Solid::shaped(&surface, Stock::of_thickness(12.0), shape).unwrap()
+    }
+
+    #[test]
+    fn the_notes_name_units_sizes_and_heights_from_the_origin() {
+        let rim = Some(Rim { width_mm: 5.0, rise_mm: -4.0, mark_mm: Some(3.0) });
+        let solid = solid(Shape { rim, origin: Origin::Corner });
+        let notes = notes(&solid, 250.0, 3.0).join("\n");
+        let mean = -solid.entry_z_mm();
+        for part in [
+            "all lengths in mm",
+            "stock 70 × 50 × 12",
+            "exit face 60 × 40",
+            "origin: corner",
+            "entry face at z = 0\n",
+            "plane at z = 8",
+            "3 cut off the corner",
+            &format!("mean exit plane z = {}", mm(mean)),
+            &format!("receiver at z = {}", mm(mean + 250.0)),
+        ] {
+            assert!(notes.contains(part), "{part} is not in\n{notes}");
+        }
+    }
+
+    #[test]
+    fn the_outline_is_drawn_where_the_block_is() {
+        let image = dimensioned_drawing(&solid(Shape::default()), 250.0);
+        let dark = |x: f64, y: f64| image.get_pixel(x as u32, y as u32).0[0] < 100;
+        let (width, height) = (PLAN, PLAN * 40.0 / 60.0);
+        // Left, right, upper and lower edge at a quarter of their length, where nothing else is.
+        assert!(dark(MARGIN, MARGIN + 0.25 * height) && dark(MARGIN + width, MARGIN + 0.75 * height));
+        assert!(dark(MARGIN + 0.25 * width, MARGIN) && dark(MARGIN + 0.25 * width, MARGIN + height));
+        assert!(!dark(MARGIN + 0.25 * width, MARGIN + 0.25 * height));
+    }
+}

@@ -1,0 +1,351 @@
+//! STEP (ISO 10303-21): one solid of B-spline faces and planes, cut into triangles.
+//!
+//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid is. A B-spline face is
+//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself.
+
+mod bspline;
+mod part21;
+mod plane;
+
+use super::LoadError;
+use crate::mesh::Mesh;
+use bspline::{GREATEST_DEGREE, Knots};
+use glam::DVec3;
+use part21::{Entities, Value};
+use rayon::prelude::*;
+use std::collections::HashMap;
+
+fn malformed(reason: impl Into<String>) -> LoadError {
+    LoadError::Malformed { format: "STEP", reason: reason.into() }
+}
+
+/// An edge may miss its vertices and its face by this, mm.
+const GAP_MM: f64 = 1e-5;
+/// Most samples of a face.
+const MOST_SAMPLES: usize = 1 << 26;
+
+/// Parses the one solid of a STEP file.
+pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| malformed(format!("it is no text: {error}")))?;
+    let entities = Entities::parse(text)?;
+    let mut part = Part { scale: scale(&entities)?, entities, vertices: Vec::new(), ..Part::default() };
+    let [brep] = part.entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
+        return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
+    };
+    let shell = reference(&part.entities.expect(brep, "MANIFOLD_SOLID_BREP")?, 1, brep)?;
+    let faces = references(&part.entities.expect(shell, "CLOSED_SHELL")?, 1, shell)?;
+    for face in faces {
+        part.face(face)?;
+    }
+    if part.triangles.is_empty() {
+        return Err(LoadError::Empty);
+    }
+    Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None })
+}
+
+/// Millimetres in the unit of length of the file.
+fn scale(entities: &Entities<'_>) -> Result<f64, LoadError> {
+    let mut unit = None;
+    for text in entities.containing("LENGTH_UNIT") {
+        let text: String = text.split_whitespace().collect();
+        let found = [
+            ("SI_UNIT(.MILLI.,.METRE.)", 1.0),
+            ("SI_UNIT(.CENTI.,.METRE.)", 10.0),
+            ("SI_UNIT($,.METRE.)", 1000.0),
+            ("CONVERSION_BASED_UNIT('INCH'", 25.4),
+        ];
+        match found.iter().find(|(words, _)| text.contains(words)) {
+            // Inches are defined by another unit, which the file holds too.
+            Some(&(words, mm)) if unit.is_none() || words.contains("INCH") => unit = Some(mm),
+            _ => {}
+        }
+    }
+    unit.ok_or_else(|| malformed("it names no unit of length that is understood (mm, cm, m or inch)"))
+}
+
+fn reference(values: &[Value<'_>], at: usize, number: u64) -> Result<u64, LoadError> {
+    values.get(at).and_then(Value::reference).ok_or_else(|| odd(number))
+}
+
+fn references(values: &[Value<'_>], at: usize, number: u64) -> Result<Vec<u64>, LoadError> {
+    values.get(at).and_then(Value::references).ok_or_else(|| odd(number))
+}
+
+fn truth(values: &[Value<'_>], at: usize, number: u64) -> Result<bool, LoadError> {
+    values.get(at).and_then(Value::truth).ok_or_else(|| odd(number))
+}
+
+fn odd(number: u64) -> LoadError {
+    malformed(format!("#{number} has not the parameters of its kind"))
+}
+
+#[derive(Default)]
+struct Part<'a> {
+    entities: Entities<'a>,
+    scale: f64,
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    /// Vertex of every VERTEX_POINT, vertices along every EDGE_CURVE.
+    corners: HashMap<u64, u32>,
+    edges: HashMap<u64, Vec<u32>>,
+}
+
+impl Part<'_> {
+    fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
+        let values = self.entities.expect(number, kind)?;
+        match values.get(1).and_then(Value::numbers).as_deref() {
+            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
+            _ => Err(odd(number)),
+        }
+    }
+
+    fn point(&self, number: u64) -> Result<DVec3, LoadError> {
+        Ok(self.scale * self.triple(number, "CARTESIAN_POINT")?)
+    }
+
+    fn vertex(&mut self, at: DVec3) -> Result<u32, LoadError> {
+        let index = u32::try_from(self.vertices.len()).map_err(|_| LoadError::TooLarge)?;
+        self.vertices.push(at);
+        Ok(index)
+    }
+
+    fn corner(&mut self, number: u64) -> Result<u32, LoadError> {
+        if let Some(&vertex) = self.corners.get(&number) {
+            return Ok(vertex);
+        }
+        let point = reference(&self.entities.expect(number, "VERTEX_POINT")?, 1, number)?;
+        let vertex = self.vertex(self.point(point)?)?;
+        self.corners.insert(number, vertex);
+        Ok(vertex)
+    }
+
+    /// Vertices along an edge, from its first to its last.
+    fn edge(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
+        if let Some(along) = self.edges.get(&number) {
+            return Ok(along.clone());
+        }
+        let values = self.entities.expect(number, "EDGE_CURVE")?;
+        let (from, to) = (self.corner(reference(&values, 1, number)?)?, self.corner(reference(&values, 2, number)?)?);
+        let mut inner = self.curve(reference(&values, 3, number)?)?;
+        if !truth(&values, 4, number)? {
+            inner.reverse();
+        }
+        if let [first, .., last] = inner[..] {
+            let gap = first.distance(self.vertices[from as usize]).max(last.distance(self.vertices[to as usize]));
+            if gap > GAP_MM {
+                return Err(malformed(format!("the curve of #{number} ends {gap:.1e} mm from its vertices")));
+            }
+        }
+        let mut along = vec![from];
+        for &at in inner.get(1..inner.len().saturating_sub(1)).unwrap_or_default() {
+            along.push(self.vertex(at)?);
+        }
+        along.push(to);
+        self.edges.insert(number, along.clone());
+        Ok(along)
+    }
+
+    /// Samples of a curve from end to end; none of a line.
+    fn curve(&self, number: u64) -> Result<Vec<DVec3>, LoadError> {
+        let (kind, values) = self.entities.get(number)?;
+        match kind {
+            "LINE" => Ok(Vec::new()),
+            // A curve with its images in the surfaces: once, or it could refer to itself.
+            "SURFACE_CURVE" | "SEAM_CURVE" => {
+                let inner = reference(&values, 1, number)?;
+                match self.entities.get(inner)?.0 {
+                    "SURFACE_CURVE" | "SEAM_CURVE" => Err(odd(number)),
+                    _ => self.curve(inner),
+                }
+            }
+            "B_SPLINE_CURVE_WITH_KNOTS" => {
+                let degree = degree(&values, 1, number)?;
+                let points = references(&values, 2, number)?;
+                let knots = knots(degree, &values, (6, 7), points.len(), number)?;
+                let points: Vec<DVec3> = points.into_iter().map(|p| self.point(p)).collect::<Result<_, _>>()?;
+                let n = knots.samples();
+                Ok((0..n)
+                    .map(|k| {
+                        let (first, weights) = knots.weights(knots.parameter(k, n));
+                        (0..=degree).map(|l| weights[l] * points[first + l]).sum()
+                    })
+                    .collect())
+            }
+            other => Err(malformed(format!("#{number} is a curve of a kind that is not understood: {other}"))),
+        }
+    }
+
+    fn face(&mut self, number: u64) -> Result<(), LoadError> {
+        let values = self.entities.expect(number, "ADVANCED_FACE")?;
+        let surface = reference(&values, 2, number)?;
+        let same_sense = truth(&values, 3, number)?;
+        let mut loops = Vec::new();
+        for bound in references(&values, 1, number)? {
+            let (kind, values) = self.entities.get(bound)?;
+            let around = self.around(reference(&values, 1, bound)?)?;
+            let turned = !truth(&values, 2, bound)?;
+            let around = if turned { around.into_iter().rev().collect() } else { around };
+            // The outer loop goes first.
+            loops.insert(if kind == "FACE_OUTER_BOUND" { 0 } else { loops.len() }, around);
+        }
+        let (kind, values) = self.entities.get(surface)?;
+        match kind {
+            "PLANE" => self.plane(&loops, number),
+            "B_SPLINE_SURFACE_WITH_KNOTS" => match &loops[..] {
+                [around] => self.net(&values, surface, around, same_sense),
+                _ => Err(malformed(format!("the B-spline face #{number} has not exactly one loop"))),
+            },
+            other => Err(malformed(format!("#{surface} is a surface of a kind that is not understood: {other}"))),
+        }
+    }
+
+    /// Vertices once around a loop, each once.
+    fn around(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
+        let mut around = Vec::new();
+        let oriented = references(&self.entities.expect(number, "EDGE_LOOP")?, 1, number)?;
+        for edge in oriented {
+            let values = self.entities.expect(edge, "ORIENTED_EDGE")?;
+            let mut along = self.edge(reference(&values, 3, edge)?)?;
+            if !truth(&values, 4, edge)? {
+                along.reverse();
+            }
+            match around.last() {
+                Some(last) if along.first() != Some(last) => {
+                    return Err(malformed(format!("the edges of loop #{number} do not join")));
+                }
+                Some(_) => around.extend(&along[1..]),
+                None => around = along,
+            }
+        }
+        let closed = around.len() > 3 && around.first() == around.last();
+        around.pop();
+        if closed { Ok(around) } else { Err(malformed(format!("loop #{number} is not closed"))) }
+    }
+
+    fn plane(&mut self, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
+        let triangles = plane::triangles(&self.vertices, loops)
+            .ok_or_else(|| malformed(format!("the loops of face #{number} bound no plane area")))?;
+        self.triangles.extend(triangles);
+        Ok(())
+    }
+
+    fn net(&mut self, values: &[Value<'_>], number: u64, around: &[u32], same_sense: bool) -> Result<(), LoadError> {
+        let (degree_u, degree_v) = (degree(values, 1, number)?, degree(values, 2, number)?);
+        let rows: Vec<Vec<u64>> = values
+            .get(3)
+            .and_then(Value::list)
+            .and_then(|rows| rows.iter().map(Value::references).collect())
+            .ok_or_else(|| odd(number))?;
+        let width = rows.first().map_or(0, Vec::len);
+        if rows.iter().any(|row| row.len() != width) {
+            return Err(malformed(format!("the rows of the net #{number} have different lengths")));
+        }
+        let u = knots(degree_u, values, (8, 10), rows.len(), number)?;
+        let v = knots(degree_v, values, (9, 11), width, number)?;
+        let points: Vec<Vec<DVec3>> = rows
+            .par_iter()
+            .map(|row| row.iter().map(|&p| self.point(p)).collect())
+            .collect::<Result<_, LoadError>>()?;
+        let (nu, nv) = (u.samples(), v.samples());
+        if nu.saturating_mul(nv) > MOST_SAMPLES {
+            return Err(malformed(format!("the face #{number} needs {nu} x {nv} samples, more than are taken")));
+        }
+        let samples: Vec<Vec<DVec3>> = (0..nu)
+            .into_par_iter()
+            .map(|k| {
+                let (first, weights) = u.weights(u.parameter(k, nu));
+                let mixed: Vec<DVec3> =
+                    (0..width).map(|j| (0..=u.degree()).map(|l| weights[l] * points[first + l][j]).sum()).collect();
+                (0..nv)
+                    .map(|m| {
+                        let (first, weights) = v.weights(v.parameter(m, nv));
+                        (0..=v.degree()).map(|l| weights[l] * mixed[first + l]).sum()
+                    })
+                    .collect()
+            })
+            .collect();
+        let mut vertex = vec![u32::MAX; nu * nv];
+        // The border in the order of the loop, which has it anticlockwise around the outward normal.
+        let mut border: Vec<usize> = (0..nu - 1).map(|k| k * nv).collect();
+        border.extend((0..nv - 1).map(|m| (nu - 1) * nv + m));
+        border.extend((1..nu).rev().map(|k| k * nv + nv - 1));
+        border.extend((1..nv).rev());
+        if !same_sense {
+            border.reverse();
+        }
+        self.fit_border(&samples, nv, &border, around, &mut vertex, number)?;
+        for (k, column) in samples.iter().enumerate() {
+            for (m, &at) in column.iter().enumerate() {
+                if vertex[k * nv + m] == u32::MAX {
+                    vertex[k * nv + m] = self.vertex(at)?;
+                }
+            }
+        }
+        for k in 0..nu - 1 {
+            for m in 0..nv - 1 {
+                let [a, b, c, d] =
+                    [k * nv + m, (k + 1) * nv + m, (k + 1) * nv + m + 1, k * nv + m + 1].map(|n| vertex[n]);
+                let halves = if same_sense { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
+                self.triangles.extend(halves);
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the border samples of a face the vertices of its loop, and demands that they are at the same places.
+    fn fit_border(
+        &self,
+        samples: &[Vec<DVec3>],
+        nv: usize,
+        border: &[usize],
+        around: &[u32],
+        vertex: &mut [u32],
+        number: u64,
+    ) -> Result<(), LoadError> {
+        if border.len() != around.len() {
+            return Err(malformed(format!(
+                "the loop of the B-spline face #{number} is not its border: {} points for {}",
+                around.len(),
+                border.len()
+            )));
+        }
+        let sample = |k: usize| samples[border[k] / nv][border[k] % nv];
+        let place = |k: usize| self.vertices[around[k] as usize];
+        let n = around.len();
+        let start =
+            (0..n).min_by(|&a, &b| place(a).distance(sample(0)).total_cmp(&place(b).distance(sample(0)))).unwrap_or(0);
+        let gap = (0..n).map(|k| place((start + k) % n).distance(sample(k))).fold(0.0, f64::max);
+        if gap.is_nan() || gap > GAP_MM {
+            return Err(malformed(format!(
+                "the edges of the B-spline face #{number} lie up to {gap:.1e} mm beside it"
+            )));
+        }
+        (0..n).for_each(|k| vertex[border[k]] = around[(start + k) % n]);
+        Ok(())
+    }
+}
+
+fn degree(values: &[Value<'_>], at: usize, number: u64) -> Result<usize, LoadError> {
+    let degree = values.get(at).and_then(Value::number).ok_or_else(|| odd(number))?;
+    if degree.fract() == 0.0 && (1.0..=GREATEST_DEGREE as f64).contains(&degree) {
+        Ok(degree as usize)
+    } else {
+        Err(malformed(format!("#{number} has the degree {degree}; 1 to {GREATEST_DEGREE} are understood")))
+    }
+}
+
+/// Knots from the parameters with multiplicities and values.
+fn knots(
+    degree: usize,
+    values: &[Value<'_>],
+    (multiplicities, places): (usize, usize),
+    points: usize,
+    number: u64,
+) -> Result<Knots, LoadError> {
+    let list = |at: usize| values.get(at).and_then(Value::numbers).ok_or_else(|| odd(number));
+    Knots::new(degree, &list(multiplicities)?, &list(places)?, points)
+        .ok_or_else(|| malformed(format!("the knots of #{number} do not fit its control points, or are not clamped")))
+}
+
+#[cfg(test)]
+mod tests;
