@@ -2,7 +2,7 @@
 
 use crate::{
     bench::Bench,
-    grid::Extent,
+    grid::{Extent, Field},
     optics::Interface,
     optim::Summary,
     solid::{Shape, Solid, SolidError, Stock},
@@ -19,6 +19,8 @@ pub struct Block {
     pub surface: HeightField,
     /// The closed solid under it.
     pub solid: Solid,
+    /// Its light as the solver sees it, see [`Solution::light`](crate::solver::Solution::light).
+    pub light: Option<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
 }
@@ -116,7 +118,7 @@ pub fn design_shaped(
     let solution = solver.solve(target, bench, nodes, progress)?;
     check_light_leaves(&solution.surface, bench)?;
     let solid = Solid::shaped(&solution.surface, stock, shape)?;
-    Ok(Block { surface: solution.surface, solid, summary: solution.summary })
+    Ok(Block { surface: solution.surface, solid, light: solution.light, summary: solution.summary })
 }
 
 /// Share of the nodes that may keep their light: at creases of very dark pictures a few always do.

@@ -1,6 +1,6 @@
 //! What every solver of the inverse problem takes and gives.
 
-use crate::{bench::Bench, optim::Summary, surface::HeightField, target::TargetIrradiance};
+use crate::{bench::Bench, grid::Field, optim::Summary, surface::HeightField, target::TargetIrradiance};
 use glam::DVec2;
 
 /// Watches a long computation. Calls come from the thread that started it.
@@ -83,6 +83,9 @@ pub enum SolveError {
 pub struct Solution {
     /// The exit face.
     pub surface: HeightField,
+    /// Where it is weak: the light of this face as the solver sees it, on the cells of the target as far as the nodes can draw it,
+    /// mean 1 if none is lost; from solvers that look at the light of their result.
+    pub light: Option<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
 }

@@ -15,6 +15,7 @@ use glasswarp::{
     pipeline::Block,
     report::{self, Exposure},
     solid::Origin,
+    target::to_picture_order,
 };
 use glasswarp_verify::{Image, PhotonPlan};
 use std::{
@@ -45,7 +46,7 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
 
-    /// Do not trace the exported file, and draw no pictures
+    /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
 }
@@ -62,7 +63,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &outputs, &block)?) };
     let pictures = match &opinion {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
-        None => Vec::new(),
+        None => draw_weakness(&plan, &outputs[0], &block)?,
     };
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
@@ -259,6 +260,17 @@ impl Opinion {
             })
             .collect()
     }
+}
+
+/// Draws the solver's own view of where the light will be wrong, if it has one.
+fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
+    let Some(light) = &block.light else { return Ok(Vec::new()) };
+    let exposure = Exposure::of(&plan.target, plan.transfer.into());
+    let wanted = plan.target.resampled(light.nx(), light.ny());
+    let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
+    let path = output.with_extension("weakness.png");
+    report::write_png(&path, &picture).map_err(Failure::writing)?;
+    Ok(vec![path])
 }
 
 /// Prints what was made.

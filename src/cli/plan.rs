@@ -4,6 +4,7 @@ use super::{
     error::Failure,
     settings::{QualityName, Settings, SolverName, TransferName, name_of},
 };
+use glam::DVec2;
 use glasswarp::{
     bench::{Bench, ExitFace},
     export::StepTolerance,
@@ -51,7 +52,11 @@ impl Plan {
         };
         let block = Extent::new(width_mm, width_mm * ny as f64 / nx as f64);
         let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
-        let bench = Bench::new(block, distance_mm, ExitFace::Refracts { ior }).map_err(Failure::refused)?;
+        let mut bench = Bench::new(block, distance_mm, ExitFace::Refracts { ior }).map_err(Failure::refused)?;
+        if let Some(window) = settings.window {
+            let window = Extent::new(window.mm, window.mm * ny as f64 / nx as f64);
+            bench = bench.with_window(window, DVec2::ZERO).map_err(Failure::refused)?;
+        }
         let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
         let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));

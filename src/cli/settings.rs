@@ -24,6 +24,11 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     pub(crate) distance: Option<Length>,
 
+    /// Width of the picture on the receiver, centred on the block's axis; its height follows the picture's aspect [default: as the
+    /// block]
+    #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
+    pub(crate) window: Option<Length>,
+
     /// Refractive index of the block [default: 1.5]
     #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
     pub(crate) ior: Option<f64>,
@@ -217,6 +222,7 @@ impl Settings {
             picture: self.picture.or(other.picture),
             size: self.size.or(other.size),
             distance: self.distance.or(other.distance),
+            window: self.window.or(other.window),
             ior,
             material,
             thickness: self.thickness.or(other.thickness),

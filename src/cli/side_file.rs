@@ -173,6 +173,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(thickness) = settings.thickness {
         line(format_args!("thickness = \"{}mm\"", thickness.mm))?;
     }
+    if let Some(window) = settings.window {
+        line(format_args!("window = \"{}mm\" # width of the picture on the receiver", window.mm))?;
+    }
     if let Some(least) = settings.min_thickness {
         line(format_args!("min-thickness = \"{}mm\"", least.mm))?;
     }

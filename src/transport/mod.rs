@@ -45,8 +45,8 @@ impl Solver for Transport {
         let mut summary = Summary::default();
         start::check(bench)?;
         let solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)?;
-        let surface = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
-        Ok(Solution { surface, summary })
+        let (surface, light) = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
+        Ok(Solution { surface, light: Some(light), summary })
     }
 }
 

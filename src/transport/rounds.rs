@@ -51,7 +51,7 @@ struct Best {
     unconverged: bool,
 }
 
-/// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned.
+/// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned, with its light.
 ///
 /// # Errors
 /// Where the face would reach the receiver.
@@ -62,7 +62,7 @@ pub(super) fn close(
     nodes: (usize, usize),
     progress: &dyn Progress,
     summary: &mut Summary,
-) -> Result<HeightField, SolveError> {
+) -> Result<(HeightField, Field<f64>), SolveError> {
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
     let mut rounds = options.rounds();
     let mut carrier = Carrier::new(bench.block(), nodes);
@@ -139,7 +139,7 @@ pub(super) fn close(
     };
     let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
     report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);
-    Ok(best.surface)
+    Ok((best.surface, best.seen.irradiance))
 }
 
 /// The light of a surface on the window's cells.

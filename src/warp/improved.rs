@@ -141,7 +141,7 @@ impl Solver for Warping {
             }
         }
         run.warn(best_mesh.as_ref().unwrap_or(&state.mesh), missed);
-        Ok(Solution { surface, summary: run.summary })
+        Ok(Solution { surface, light: None, summary: run.summary })
     }
 }
 

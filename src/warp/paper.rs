@@ -72,6 +72,6 @@ impl Solver for WarpingPaper {
         let places = locate(&mesh, bench.block(), nodes);
         run.warn(&mesh, places.missed);
         let surface = normal_mapped_surface(&places, &mesh, bench, EdgeRule::TwoPoint)?;
-        Ok(Solution { surface, summary: run.summary })
+        Ok(Solution { surface, light: None, summary: run.summary })
     }
 }
