@@ -53,7 +53,7 @@ fn a_workshop_gets_its_files_its_frame_and_what_each_of_them_costs() {
     let outcome = workshop.run(
         "design chiral.png -o block.stl -o block.step -o block.3mf -o block.ply --height-map block.heights.png \
          --height-map block.heights.exr --nodes 97 --thickness 20mm --rim 8mm,2mm --mark 5mm --origin corner \
-         --step-tolerance 0.5",
+         --step-tolerance 0.001",
     );
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     for line in [

@@ -134,7 +134,8 @@ for path in sys.argv[1:]:
 ";
     let Some(mut trimesh) = common::python(&["trimesh"], SCRIPT) else { return };
     let blocks = blocks();
-    let cases: Vec<_> = blocks.iter().flat_map(|block| Format::ALL.map(|format| (block, format))).collect();
+    const MESHES: [Format; 4] = [Format::Stl, Format::Obj, Format::Glb, Format::Ply];
+    let cases: Vec<_> = blocks.iter().flat_map(|block| MESHES.map(|format| (block, format))).collect();
     let paths = cases.iter().map(|(block, format)| block.exported(*format));
     // The judge must be able to say no: the last file lacks a triangle.
     let folder = tempfile::tempdir().unwrap();

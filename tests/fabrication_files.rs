@@ -307,6 +307,21 @@ fn the_step_face_is_read_back_as_it_was_fitted() {
 }
 
 #[test]
+fn walls_lower_than_the_border_is_steep_are_read_back_too() {
+    let extent = Extent::new(60.0, 40.0);
+    let steep = Field::from_fn(61, 41, |i, j| 3.0 * (0.2 * i as f64).sin() * (0.11 * j as f64).cos());
+    let surface = HeightField::new(extent, steep);
+    let rim = Some(Rim { width_mm: 5.0, rise_mm: 0.06, mark_mm: None });
+    let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), Shape { rim, origin: Origin::Entry }).unwrap();
+    let path = tempfile::tempdir().unwrap();
+    let path = path.path().join("steep.step");
+    write_step(&mut fs::File::create(&path).unwrap(), &solid, &ControlNet::interpolating(&surface), &design()).unwrap();
+    let block = Block::from_mesh(&read(&path, solid.origin_mm())).unwrap();
+    assert_eq!(block.nodes(), (61, 41));
+    assert!((block.rim_z_mm().unwrap() - solid.rim_z_mm().unwrap()).abs() < 1e-8);
+}
+
+#[test]
 fn a_tolerance_gives_the_coarsest_net_that_keeps_it() {
     // With 10 nm of roughness that no fit follows.
     let smooth = face(201, 133);

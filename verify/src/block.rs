@@ -318,6 +318,9 @@ fn cells(
             continue; // Side wall or entry face.
         }
         let at = nodes.map(|n| (n as usize % nx, n as usize / nx));
+        if at.iter().all(|p| p.0 == at[0].0) || at.iter().all(|p| p.1 == at[0].1) {
+            continue; // A wall between nodes of the border alone.
+        }
         let (i, j) = (at.iter().map(|p| p.0).min().unwrap_or(0), at.iter().map(|p| p.1).min().unwrap_or(0));
         let mut corners = 0u8;
         for (ni, nj) in at {
