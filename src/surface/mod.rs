@@ -1,9 +1,11 @@
 //! The exit face: normals to slopes, slopes to heights, and the spline through the heights.
 
 mod integrate;
+mod polish;
 mod spline;
 
 pub use integrate::{EdgeRule, heights_of_slopes, least_squares, least_squares_by_conjugate_gradients};
+pub use polish::{Polish, PolishError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Extent, Field};
