@@ -132,6 +132,7 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<(), Fa
                 bench: &bench,
                 solver: plan.solver,
                 transfer: plan.transfer,
+                history: None,
                 outputs,
             },
         )?;

@@ -83,6 +83,8 @@ pub(crate) struct Record<'a> {
     pub(crate) bench: &'a BenchRecord,
     pub(crate) solver: SolverName,
     pub(crate) transfer: TransferName,
+    /// What has been done to the block since it was designed.
+    pub(crate) history: Option<&'a str>,
     /// Outputs that share this side file.
     pub(crate) outputs: &'a [&'a Path],
 }
@@ -101,10 +103,13 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
     };
     line(format_args!("# Written by glasswarp {}. All lengths are millimetres.", env!("CARGO_PKG_VERSION")))?;
-    line(format_args!(
-        "# `glasswarp design {0}` makes this block again, `glasswarp verify` reads its bench from here.",
-        file_name(path)
-    ))?;
+    let again = format!("`glasswarp design {}` makes", file_name(path));
+    match record.history {
+        None => line(format_args!("# {again} this block again, `glasswarp verify` reads its bench from here."))?,
+        Some(history) => line(format_args!(
+            "# {history}; {again} the block before that, `glasswarp verify` reads the bench from here."
+        ))?,
+    }
     line(format_args!("\n[design]"))?;
     line(format_args!("picture = {}", quoted(&relative_to(record.picture, path).to_string_lossy())))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
@@ -129,6 +134,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     if let Some(radius) = settings.min_radius {
         line(format_args!("min-radius = \"{}mm\"", radius.mm))?;
+    }
+    if let Some(finish) = settings.finish {
+        line(format_args!("finish = {}", quoted(&finish.to_string())))?;
     }
     line(format_args!("\n[bench]"))?;
     line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;

@@ -98,6 +98,11 @@ impl<'a> DropCutter<'a> {
         Self { surface, spline, cutter, tiles }
     }
 
+    /// The cutter.
+    pub fn cutter(&self) -> Cutter {
+        self.cutter
+    }
+
     /// Where the cutter comes to rest with its axis at `axis`, mm; `None` if it passes the block. `guess` is a point that may
     /// be near the contact, such as the contact of a neighbour; it has no influence on the result beyond rounding.
     pub fn drop(&self, axis: DVec2, guess: DVec2) -> Option<Contact> {
@@ -354,6 +359,19 @@ mod tests {
         let spline = SurfaceSpline::through(surface);
         let (rings, sectors) = (160, 720);
         let mut best = f64::NEG_INFINITY;
+        // Edges and corners, which contacts of axes beside the block slide along.
+        let half = -EXTENT.lower();
+        for k in -2000..=2000 {
+            let t = f64::from(k) / 2000.0;
+            for at in [
+                DVec2::new(half.x * t, half.y),
+                DVec2::new(half.x * t, -half.y),
+                DVec2::new(half.x, half.y * t),
+                DVec2::new(-half.x, half.y * t),
+            ] {
+                best = best.max(spline.sample(at).height_mm - cutter.profile_mm(at.distance(axis)));
+            }
+        }
         for ring in 0..=rings {
             let r = cutter.radius_mm() * (1.0 - 1e-12) * f64::from(ring) / f64::from(rings);
             for sector in 0..sectors {

@@ -241,9 +241,10 @@ impl<'a> Rows<'a> {
             for (i, tip) in row.iter_mut().enumerate() {
                 let u = first.x + i as f64 * spacing_mm;
                 let axis = u * along + (first.y + k as f64 * pass.step_over_mm) * across;
-                if let Some(contact) = drop.drop(axis, axis + offset) {
-                    offset = contact.at - axis;
-                    *tip = [contact.tip_mm + pass.allowance_mm, slope(&pass, offset, along)];
+                let Some(contact) = drop.drop(axis, axis + offset) else { continue };
+                offset = contact.at - axis;
+                if let Some(slope) = slope(&drop.cutter(), offset, along) {
+                    *tip = [contact.tip_mm + pass.allowance_mm, slope];
                 }
             }
             differences(row, spacing_mm);
@@ -262,19 +263,25 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// How steeply the tip rises along the row: by the envelope theorem the profile's slope at the contact. Not a number where the
-/// rim touches, which is as steep as can be.
-fn slope(pass: &Pass, offset: DVec2, along: DVec2) -> f64 {
-    let cutter = pass.cutter.grown(pass.allowance_mm);
+/// How steeply the tip rises along the row: by the envelope theorem the profile's slope at the contact. Not a number where a sharp rim
+/// touches. `None` where the flank touches an edge of the block: rows run out before that, and the glass is none the wiser.
+fn slope(cutter: &Cutter, offset: DVec2, along: DVec2) -> Option<f64> {
     let from_axis = offset.length();
-    if cutter.corner_mm() == 0.0 || from_axis > 0.95 * cutter.radius_mm() {
-        f64::NAN
+    if cutter.corner_mm() == 0.0 {
+        return Some(f64::NAN);
+    }
+    let slope = cutter.profile_slope(from_axis);
+    if slope > STEEPEST {
+        None
     } else if from_axis > 0.0 {
-        cutter.profile_slope(from_axis) * offset.dot(along) / from_axis
+        Some(slope * offset.dot(along) / from_axis)
     } else {
-        0.0
+        Some(0.0)
     }
 }
+
+/// No face is as steep as this; only edges are touched so.
+const STEEPEST: f64 = 3.0;
 
 /// Fills in slopes that are not known, by differences of neighbours.
 fn differences(row: &mut [[f64; 2]], spacing_mm: f64) {

@@ -2,6 +2,7 @@
 //! bench to bench.
 
 mod budget;
+mod contact;
 mod curves;
 mod ink;
 mod isocontours;
@@ -9,6 +10,7 @@ mod pictures;
 mod sheet;
 
 pub use budget::{BudgetStep, budget_sheet};
+pub use contact::{Captioned, contact_sheet, map};
 pub use curves::{Curve, curves};
 pub use isocontours::{contour_interval_mm, isocontours};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};

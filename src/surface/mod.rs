@@ -39,6 +39,18 @@ impl HeightField {
         &self.heights_mm
     }
 
+    /// The same face on another number of nodes: the spline through its own, sampled.
+    pub fn resampled(&self, nx: usize, ny: usize) -> Self {
+        let spline = SurfaceSpline::through(self);
+        let lattice = spline.lattice(nx, ny);
+        let mut data = vec![0.0; nx * ny];
+        let mut scratch = Vec::new();
+        for (j, row) in data.chunks_mut(nx).enumerate() {
+            lattice.row(j, &mut scratch, |i, height, _| row[i] = height);
+        }
+        Self::new(self.extent, Field::from_vec(nx, ny, data))
+    }
+
     /// Peak to valley, mm.
     pub fn relief_mm(&self) -> f64 {
         let (low, high) = self.heights_mm.min_max();

@@ -114,7 +114,7 @@ impl Polish {
         let heights = surface.heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
         let spacing = surface.extent().node_spacing(nx, ny);
-        let pad = |step: f64, nodes: usize| ((REACH * self.sigma_mm / step).ceil() as usize + 4).min(nodes - 1);
+        let pad = |step: f64, nodes: usize| ((REACH * self.sigma_mm / step).ceil() as usize + 32).min(nodes - 1);
         let (px, py) = (pad(spacing.x, nx), pad(spacing.y, ny));
         let mut padded = reflect(heights, px, py);
         let (wide, high) = (padded.nx(), padded.ny());
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn planes_stay_and_waves_are_damped_as_a_gaussian_damps_them() {
-        let plane = face(41, 33, |p| 0.3 * p.x - 0.1 * p.y);
+        let plane = face(161, 129, |p| 0.3 * p.x - 0.1 * p.y);
         let polish = Polish::new(0.4).unwrap();
         for (a, b) in polish.polished(&plane).heights_mm().as_slice().iter().zip(plane.heights_mm().as_slice()) {
             assert!((a - b).abs() < 1e-12);
