@@ -1,6 +1,12 @@
 //! The cheapest of many cutters and step-overs that still draws the picture.
 
-use super::{error::Failure, length::Length, mill::mill, progress::TerminalProgress, workpiece::Workpiece};
+use super::{
+    error::Failure,
+    length::Length,
+    mill::mill,
+    progress::TerminalProgress,
+    workpiece::{Workpiece, look_at_scallops},
+};
 use glasswarp::{
     fabricate::{Cutter, Direction, Pass},
     solver::Progress,
@@ -130,6 +136,9 @@ pub(crate) fn cheapest(path: &Path, piece: &Workpiece, wish: &Wish) -> Result<Pa
 
 fn error_of(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<f64, Failure> {
     let milled = mill(&piece.surface, pass)?;
-    let left = polish.map_or_else(|| milled.clone(), |polish| polish.polished(&milled));
-    Ok(piece.look(&left)?.metrics.rel_rms)
+    let view = match polish {
+        Some(polish) => piece.look(&polish.polished(&milled.surface))?,
+        None => look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?,
+    };
+    Ok(view.metrics.rel_rms)
 }

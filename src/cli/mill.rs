@@ -7,12 +7,12 @@ use super::{
     length::Length,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
-    workpiece::{View, Workpiece},
+    workpiece::{View, Workpiece, look_at_scallops},
 };
 use glasswarp::{
     bench::ExitFace,
     export::{self, Design, ExportError, Format},
-    fabricate::{Cutter, Direction, Pass, Rows, Scallop},
+    fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
     report::{self, Captioned},
     solid::{Solid, Stock},
     solver::Progress,
@@ -137,7 +137,9 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
     let mut steps = vec![step("as designed", piece.surface.clone())?];
     progress.advance(1);
     let milled = mill(&piece.surface, pass)?;
-    steps.push(step(&format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm), milled)?);
+    let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
+    let view = look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?;
+    steps.push(Step { name, view, surface: milled.surface });
     progress.advance(2);
     if let Some(polish) = polish {
         let name = format!("and polished, sigma {} mm", polish.sigma_mm());
@@ -156,7 +158,7 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
 }
 
 /// The face that a pass leaves.
-pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<HeightField, Failure> {
+pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
     Rows::along(surface, *pass).and_then(|rows| rows.milled()).map_err(Failure::refused)
 }
 

@@ -8,12 +8,14 @@ use super::{
 };
 use glam::DVec2;
 use glasswarp::{
+    fabricate::Milled,
     grid::{Extent, Field},
     report::Exposure,
     surface::HeightField,
     target::{TargetIrradiance, Transfer},
 };
 use glasswarp_verify::{Block, Geometry, Image, Scene, Surface, Traversal, beams, metrics::Metrics};
+use rayon::prelude::*;
 use std::path::Path;
 
 /// A block and everything that it takes to judge it.
@@ -75,6 +77,15 @@ impl Workpiece {
     pub(crate) fn compare(&self, image: &Image) -> Result<Metrics, Failure> {
         compare(&self.examiner, image)
     }
+}
+
+/// The light of a milled face, by its own slopes.
+pub(crate) fn look_at_scallops(examiner: &Examiner, milled: &Milled, entry_z_mm: f64) -> Result<View, Failure> {
+    let normals = milled.slopes.as_slice().par_iter().map(|slope| (-slope.extend(-1.0)).normalize()).collect();
+    let block = block_of(&milled.surface, entry_z_mm)?.with_normals(normals).map_err(Failure::refused)?;
+    let subject = Subject::Block(Box::new(block));
+    let image = examiner.look(&subject, Surface::Smooth, Geometry::Displaced)?.image;
+    Ok(View { metrics: compare(examiner, &image)?, image })
 }
 
 /// The light of a face over an entry face at `entry_z_mm`.

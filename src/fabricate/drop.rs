@@ -209,9 +209,9 @@ impl<'a> DropCutter<'a> {
                 return None;
             }
             let step = -(hessian.inverse() * gradient).clamp_length_max(0.25 * radius);
-            // The height's error is quadratic in that of the place.
+            // The error of the height, and after this step that of the place too, is quadratic in the step.
             if step.length_squared() < 1e-10 {
-                return Some(Contact { tip_mm: face.height_mm + depth - radius, at });
+                return Some(Contact { tip_mm: face.height_mm + depth - radius, at: at + step });
             }
             at += step;
         }
@@ -416,6 +416,10 @@ mod tests {
                 for k in 0..60 {
                     let axis =
                         DVec2::new(-11.0 + 22.0 * f64::from(k) / 59.0, -9.0 + 18.0 * f64::from(k * 23 % 60) / 59.0);
+                    // Where the rim just grazes the block rounding decides.
+                    if axis.distance(axis.clamp(EXTENT.lower(), -EXTENT.lower())) > 0.99 * cutter.radius_mm() {
+                        continue;
+                    }
                     let (Some(contact), forced) = (drop.drop(axis, axis), by_force(surface, cutter, axis)) else {
                         continue;
                     };

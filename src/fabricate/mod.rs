@@ -17,7 +17,7 @@ mod shape;
 
 pub use cutter::{Cutter, CutterError, CutterShape};
 pub use drop::{Contact, DropCutter, tool_offset};
-pub use envelope::SAMPLES_PER_ROW;
+pub use envelope::{Milled, SAMPLES_PER_ROW};
 pub use rows::{Direction, Pass, PassError, Rows, RowsCost};
 pub use scallop::Scallop;
 pub use shape::{Hollow, Shape};

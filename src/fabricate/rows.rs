@@ -1,6 +1,6 @@
 //! Moving a cutter along parallel rows.
 
-use super::{Cutter, DropCutter};
+use super::{Cutter, CutterShape, DropCutter};
 use crate::{grid::Extent, surface::HeightField};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -214,8 +214,14 @@ pub struct Rows<'a> {
     pub(super) tips: Vec<[f64; 2]>,
 }
 
-/// Positions in a row are at most this part of the cutter's radius apart.
-const PER_RADIUS: f64 = 0.1;
+/// Positions in a row are at most this part of the node spacing apart: the way of the tip is cubic between them, and its error is
+/// curved, which light notices.
+const PER_NODE: f64 = 1.0 / 3.0;
+/// And at most these parts of the radius of a ball, of the radius of a corner (whose disc bends the way of the tip suddenly), and of
+/// that of a sharp rim.
+const PER_BALL: f64 = 0.1;
+const PER_CORNER: f64 = 0.05;
+const PER_RIM: f64 = 0.02;
 
 impl<'a> Rows<'a> {
     /// Drops the cutter along every row.
@@ -229,7 +235,12 @@ impl<'a> Rows<'a> {
         let across = along.perp();
         let half = |axis: DVec2| 0.5 * axis.abs().dot(extent.as_vec()) + radius + pass.allowance_mm;
         let node = extent.node_spacing(surface.heights_mm().nx(), surface.heights_mm().ny()).min_element();
-        let positions = 1 + (2.0 * half(along) / node.min(PER_RADIUS * radius)).ceil() as usize;
+        let fine = match pass.cutter.shape() {
+            CutterShape::Ball => PER_BALL * radius,
+            CutterShape::Bull => PER_CORNER * pass.cutter.corner_mm(),
+            CutterShape::Flat => PER_RIM * radius,
+        };
+        let positions = 1 + (2.0 * half(along) / fine.min(PER_NODE * node)).ceil() as usize;
         let spacing_mm = 2.0 * half(along) / (positions - 1) as f64;
         let count = 1 + (2.0 * half(across) / pass.step_over_mm).floor() as usize;
         let first = DVec2::new(-half(along), -0.5 * (count - 1) as f64 * pass.step_over_mm);

@@ -5,6 +5,7 @@ use crate::grid::{
     Field,
     dct::{CosineFilter, Symmetry},
 };
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -93,8 +94,8 @@ impl Polish {
 
     /// The face after the polish.
     ///
-    /// Beyond the border the face goes on by point reflection, so that a tilted plane stays what it is: pads that roll over
-    /// the border's edge are not modelled.
+    /// Beyond the border the face goes on with the slope that it has there, so that a tilted plane stays what it is: pads that roll
+    /// over the edge are not modelled.
     pub fn polished(&self, surface: &HeightField) -> HeightField {
         self.filter(surface, |gauss| gauss)
     }
@@ -116,7 +117,8 @@ impl Polish {
         let spacing = surface.extent().node_spacing(nx, ny);
         let pad = |step: f64, nodes: usize| ((REACH * self.sigma_mm / step).ceil() as usize + 32).min(nodes - 1);
         let (px, py) = (pad(spacing.x, nx), pad(spacing.y, ny));
-        let mut padded = reflect(heights, px, py);
+        let window = |step: f64, nodes: usize| ((WINDOW * self.sigma_mm / step).ceil() as usize).max(6).min(nodes);
+        let mut padded = extend(heights, (px, py), (window(spacing.x, nx), window(spacing.y, ny)));
         let (wide, high) = (padded.nx(), padded.ny());
         let gauss = |nodes: usize, step: f64| -> Vec<f64> {
             let wave = |k: usize| PI * k as f64 / ((nodes - 1) as f64 * step);
@@ -132,28 +134,55 @@ impl Polish {
 
 /// How far the border is continued, in standard deviations: the tails of Gaussian and inverse are below rounding there.
 const REACH: f64 = 10.0;
+/// From how far inside the slope at the border is taken, in standard deviations.
+const WINDOW: f64 = 8.0;
 
-/// Continues a field by point reflection at its border, along x and then along y.
-fn reflect(field: &Field<f64>, px: usize, py: usize) -> Field<f64> {
-    let (nx, ny) = (field.nx(), field.ny());
+/// Continues a field beyond its border, along x and then along y: its own mirror image, sheared such that it goes on with the
+/// slope that it has there.
+fn extend(field: &Field<f64>, pads: (usize, usize), windows: (usize, usize)) -> Field<f64> {
+    let ((px, py), (nx, ny)) = (pads, (field.nx(), field.ny()));
     let wide = nx + 2 * px;
     let mut data = vec![0.0; wide * (ny + 2 * py)];
+    let weights = border_slope(windows.0);
     data[py * wide..(py + ny) * wide].par_chunks_mut(wide).enumerate().for_each(|(j, out)| {
         let row = field.row(j);
         out[px..px + nx].copy_from_slice(row);
+        let first: f64 = weights.iter().enumerate().map(|(k, w)| w * row[k]).sum();
+        let last: f64 = weights.iter().enumerate().map(|(k, w)| w * row[nx - 1 - k]).sum();
         for k in 1..=px {
-            out[px - k] = 2.0 * row[0] - row[k];
-            out[px + nx - 1 + k] = 2.0 * row[nx - 1] - row[nx - 1 - k];
+            out[px - k] = row[k] - 2.0 * k as f64 * first;
+            out[px + nx - 1 + k] = row[nx - 1 - k] - 2.0 * k as f64 * last;
         }
     });
+    let weights = border_slope(windows.1);
+    let (begin, end) = (py, py + ny - 1);
+    let slope = |row: &dyn Fn(usize) -> usize| -> Vec<f64> {
+        (0..wide).map(|i| weights.iter().enumerate().map(|(k, w)| w * data[row(k) * wide + i]).sum()).collect()
+    };
+    let (first, last) = (slope(&|k| begin + k), slope(&|k| end - k));
     for k in 1..=py {
         for i in 0..wide {
-            data[(py - k) * wide + i] = 2.0 * data[py * wide + i] - data[(py + k) * wide + i];
-            let last = (py + ny - 1) * wide + i;
-            data[last + k * wide] = 2.0 * data[last] - data[last - k * wide];
+            data[(begin - k) * wide + i] = data[(begin + k) * wide + i] - 2.0 * k as f64 * first[i];
+            data[(end + k) * wide + i] = data[(end - k) * wide + i] - 2.0 * k as f64 * last[i];
         }
     }
     Field::from_vec(wide, ny + 2 * py, data)
+}
+
+/// Weights of the first values of a sequence that give its slope at the first: that of the parabola fitted to them, the nearer
+/// the heavier. Single values, which may be those of scallops, do not matter.
+fn border_slope(window: usize) -> Vec<f64> {
+    let near = |k: usize| (0.5 * PI * k as f64 / window as f64).cos().powi(2);
+    let basis = |k: usize| {
+        let t = k as f64 / window as f64;
+        DVec3::new(1.0, t, t * t)
+    };
+    let normal = (0..window).fold(DMat3::ZERO, |sum, k| {
+        let b = basis(k);
+        sum + DMat3::from_cols(b * b.x, b * b.y, b * b.z) * near(k)
+    });
+    let functional = normal.inverse().row(1) / window as f64;
+    (0..window).map(|k| near(k) * functional.dot(basis(k))).collect()
 }
 
 #[cfg(test)]

@@ -163,6 +163,25 @@ impl Block {
         })
     }
 
+    /// The same block with these normals at its nodes, which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose normals
+    /// jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for another number of normals, or one that does not point out of the face.
+    pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Self, BlockError> {
+        if normals.len() != self.heights.len() {
+            return Err(BlockError::Grid { why: format!("{} normals at {} nodes", normals.len(), self.heights.len()) });
+        }
+        if let Some(k) = normals.iter().position(|n| n.z.is_nan() || n.z <= 0.0) {
+            let (i, j) = (k % self.nx, k / self.nx);
+            return Err(BlockError::Grid {
+                why: format!("the normal at column {i}, row {j} does not point out of the face"),
+            });
+        }
+        self.normals = Some(normals);
+        Ok(self)
+    }
+
     /// Nodes of the exit face along x and y.
     pub fn nodes(&self) -> (usize, usize) {
         (self.nx, self.ny)
@@ -339,5 +358,9 @@ mod tests {
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();
         assert!(error.contains("column 2, row 1"), "{error}");
+        assert!(block.clone().with_normals(vec![DVec3::Z; 20]).is_ok());
+        assert!(
+            block.clone().with_normals(vec![DVec3::Z; 19]).is_err() && block.with_normals(vec![DVec3::X; 20]).is_err()
+        );
     }
 }
