@@ -1,10 +1,18 @@
 //! What happens to a face after it was designed, as a person writes it.
 
-use glasswarp::{fabricate::Cutter, surface::Polish};
+use super::{
+    error::Failure,
+    judge::{Examiner, Subject},
+    length::Length,
+    mill::mill,
+    workpiece::{View, look, look_at_scallops, surface_of},
+};
+use glasswarp::{
+    fabricate::{Cutter, Pass},
+    surface::Polish,
+};
 use serde::{Deserialize, Deserializer, de};
 use std::{fmt, str::FromStr};
-
-use super::length::Length;
 
 /// `polish=0.1mm`, or `polish=0.1mm,cutter=ball:3mm,step-over=0.1mm,gain=6`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,6 +20,70 @@ pub(crate) struct FinishPlan {
     pub(crate) polish: Option<Polish>,
     pub(crate) cutter: Option<Cutter>,
     pub(crate) step_over_mm: Option<f64>,
+}
+
+/// The light of a block after its finish.
+pub(crate) struct Finished {
+    plan: FinishPlan,
+    pub(crate) view: View,
+    /// Relative RMS errors after a polish a tenth weaker and a tenth stronger than planned.
+    off: Option<[f64; 2]>,
+}
+
+impl Finished {
+    /// Cuts the block as planned, if the rows are, and polishes it.
+    pub(crate) fn of(plan: FinishPlan, subject: &Subject, examiner: &Examiner) -> Result<Self, Failure> {
+        let Subject::Block(block) = subject else {
+            return Err(Failure::Usage("only a block can be finished".into()));
+        };
+        let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
+        let mut surface = surface_of(block);
+        let mut cut = None;
+        if let (Some(cutter), Some(step_over_mm)) = (plan.cutter, plan.step_over_mm) {
+            let milled = mill(&surface, &Pass::finishing(cutter, step_over_mm))?;
+            surface = milled.surface.clone();
+            cut = Some(milled);
+        }
+        let after = |polish: Polish| look(examiner, &polish.polished(&surface), entry_z_mm);
+        let (view, off) = match (plan.polish, cut) {
+            (Some(polish), _) => {
+                let other = |share: f64| -> Result<f64, Failure> {
+                    let polish = Polish::new(share * polish.sigma_mm()).map_err(Failure::refused)?;
+                    Ok(after(polish)?.metrics.rel_rms)
+                };
+                (after(polish)?, Some([other(0.9)?, other(1.1)?]))
+            }
+            (None, Some(milled)) => (look_at_scallops(examiner, &milled, entry_z_mm)?, None),
+            (None, None) => (look(examiner, &surface, entry_z_mm)?, None),
+        };
+        Ok(Self { plan, view, off })
+    }
+
+    /// Prints what the picture is then, and what it was designed to bear.
+    pub(crate) fn print(&self) {
+        println!("\nAfter the finish ({}), which it is designed for", self.plan);
+        println!("  relative RMS   {:.4}", self.view.metrics.rel_rms);
+        println!("  SSIM           {:.4}", self.view.metrics.ssim);
+        if let (Some(polish), Some([weaker, stronger])) = (self.plan.polish, self.off) {
+            println!("  if it is off   {weaker:.4} a tenth weaker, {stronger:.4} a tenth stronger");
+            println!(
+                "  noise limit    no wave is cut more than {} times as high as it shall be; those below {:.3} mm are given up",
+                polish.most_gain(),
+                polish.shortest_wave_mm()
+            );
+        }
+    }
+
+    /// Fails if the error exceeds a limit that the user set.
+    pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
+        let error = self.view.metrics.rel_rms;
+        match limit {
+            Some(limit) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
+                "the caustic's relative RMS error is {error:.4} after the finish, above the limit of {limit} (--max-error)"
+            ))),
+            _ => Ok(()),
+        }
+    }
 }
 
 impl FromStr for FinishPlan {

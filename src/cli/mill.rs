@@ -254,8 +254,9 @@ fn write_block(
     };
     let allowance = if pass.allowance_mm > 0.0 { format!(", leaving {} mm", pass.allowance_mm) } else { String::new() };
     let polished = polish.map(|p| format!(", polished with sigma {} mm", p.sigma_mm())).unwrap_or_default();
-    let history = format!(
-        "Milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
+    let before = piece.side.work.as_ref().map(|work| format!("{}; ", work.done)).unwrap_or_default();
+    let done = format!(
+        "{before}milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
         pass.cutter, pass.step_over_mm, pass.direction
     );
     let settings = &piece.side.design;
@@ -265,7 +266,7 @@ fn write_block(
         bench: &bench,
         solver: settings.solver.unwrap_or_default(),
         transfer: settings.transfer.unwrap_or(super::settings::TransferName::Srgb),
-        history: Some(&history),
+        done: Some(&done),
         outputs: &[output],
     };
     side_file::write(&side_file::path_beside(output), &record)

@@ -38,6 +38,14 @@ pub(crate) struct SideFile {
     pub(crate) picture: PictureRecord,
     #[serde(default)]
     pub(crate) files: BTreeMap<String, String>,
+    /// What has been done to the block since it was designed.
+    pub(crate) work: Option<WorkRecord>,
+}
+
+/// What has been done to a block in simulation.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct WorkRecord {
+    pub(crate) done: String,
 }
 
 /// Which picture it was.
@@ -84,7 +92,7 @@ pub(crate) struct Record<'a> {
     pub(crate) solver: SolverName,
     pub(crate) transfer: TransferName,
     /// What has been done to the block since it was designed.
-    pub(crate) history: Option<&'a str>,
+    pub(crate) done: Option<&'a str>,
     /// Outputs that share this side file.
     pub(crate) outputs: &'a [&'a Path],
 }
@@ -103,13 +111,11 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
     };
     line(format_args!("# Written by glasswarp {}. All lengths are millimetres.", env!("CARGO_PKG_VERSION")))?;
-    let again = format!("`glasswarp design {}` makes", file_name(path));
-    match record.history {
-        None => line(format_args!("# {again} this block again, `glasswarp verify` reads its bench from here."))?,
-        Some(history) => line(format_args!(
-            "# {history}; {again} the block before that, `glasswarp verify` reads the bench from here."
-        ))?,
-    }
+    let which = if record.done.is_some() { "the block before [work]" } else { "this block" };
+    line(format_args!(
+        "# `glasswarp design {}` makes {which} again, `glasswarp verify` reads its bench from here.",
+        file_name(path)
+    ))?;
     line(format_args!("\n[design]"))?;
     line(format_args!("picture = {}", quoted(&relative_to(record.picture, path).to_string_lossy())))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
@@ -156,6 +162,10 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("window-width-mm = {:?} # of the picture on the receiver", bench.window_width_mm))?;
     line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
     line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;
+    if let Some(done) = record.done {
+        line(format_args!("\n[work]"))?;
+        line(format_args!("done = {}", quoted(done)))?;
+    }
     line(format_args!("\n[picture]"))?;
     line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
     line(format_args!("\n[files] # sha256"))?;

@@ -254,11 +254,11 @@ impl<'a> DropCutter<'a> {
                 continue;
             }
             let end = self.improve(axis, *start, spacing);
-            improved.push(end.at);
+            improved.extend([start.at, end.at]);
             if end.tip_mm > best.tip_mm {
                 *best = end;
             }
-            if improved.len() == MOST_IMPROVED {
+            if improved.len() == 2 * MOST_IMPROVED {
                 break;
             }
         }
@@ -301,7 +301,7 @@ impl<'a> DropCutter<'a> {
 /// Tiles whose bounds are kept; where there are more, all are searched.
 const MOST_SURVIVORS: usize = 256;
 /// Places that are looked at between the nodes.
-const MOST_IMPROVED: usize = 4;
+const MOST_IMPROVED: usize = 12;
 /// The directions of the pattern search.
 const COMPASS: [DVec2; 8] = {
     const H: f64 = std::f64::consts::FRAC_1_SQRT_2;

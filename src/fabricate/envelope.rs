@@ -8,9 +8,10 @@ use crate::{
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Nodes of a milled face from one row to the next: with their slopes, which are linear in between, they throw light as far as the
-/// scallops do but for a sixteenth at most.
-pub const SAMPLES_PER_ROW: f64 = 8.0;
+/// Nodes of a milled face from one row to the next. Their slopes are linear in between, and they throw light as far as the scallops do
+/// but for a fifteenth at most. Not a whole number but the worst approximable one, so that in no region of the face all scallops are
+/// caught in the same phase: that would draw bands that are not there.
+pub const SAMPLES_PER_ROW: f64 = 7.618_034;
 
 /// Steps of Newton's iteration along a row.
 const STEPS: usize = 8;
@@ -355,7 +356,8 @@ mod tests {
                     for i in 0..nx {
                         let forced = by_force(&rows, BLOCK.node(i, j, nx, ny));
                         let off = heights[(i, j)] - forced;
-                        assert!(off.abs() < 2e-5, "{cutter} at column {i}, row {j}: {off:e}");
+                        // Force tries places a four-thousandth of the radius apart, and the search stops at a thousandth of a position.
+                        assert!(off.abs() < 5e-5, "{cutter} at column {i}, row {j}: {off:e}");
                     }
                 }
             }
