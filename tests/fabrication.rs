@@ -25,16 +25,21 @@ for j in range(ny - 1):
         a, b, c, d = p(i, j), p(i + 1, j), p(i + 1, j + 1), p(i, j + 1)
         surface.addTriangle(ocl.Triangle(a, b, c))
         surface.addTriangle(ocl.Triangle(a, c, d))
+groups = {}
 for kind in words:
     radius, corner, x, y = (float(next(words)) for _ in range(4))
+    groups.setdefault((kind, radius, corner), []).append((x, y))
+for (kind, radius, corner), points in groups.items():
     cutter = {'ball': lambda: ocl.BallCutter(2 * radius, 50), 'flat': lambda: ocl.CylCutter(2 * radius, 50),
               'bull': lambda: ocl.BullCutter(2 * radius, corner, 50)}[kind]()
     drop = ocl.BatchDropCutter()
     drop.setSTL(surface)
     drop.setCutter(cutter)
-    drop.appendPoint(ocl.CLPoint(x, y, -100))
+    for x, y in points:
+        drop.appendPoint(ocl.CLPoint(x, y, -100))
     drop.run()
-    print('%.12f' % drop.getCLPoints()[0].z)
+    for point in drop.getCLPoints():
+        print('%.6f %.6f %.12f' % (point.x, point.y, point.z))
 ";
 
 /// The triangles of a spacing of 0.05 mm lie up to 0.05^2 / (8 r) below a face of radius r, and the cutter with them; a sharp rim meets
@@ -70,10 +75,17 @@ fn opencamlib_drops_cutters_as_low() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("drops"), input).unwrap();
     let text = common::output(python.stdin(Stdio::from(fs::File::open(folder.path().join("drops")).unwrap())));
-    let theirs: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
+    let theirs: Vec<[f64; 3]> = text
+        .lines()
+        .map(|line| {
+            let numbers: Vec<f64> = line.split_whitespace().map(|word| word.parse().unwrap()).collect();
+            numbers.try_into().unwrap()
+        })
+        .collect();
     assert_eq!(theirs.len(), ours.len());
     let mut worst = 0.0_f64;
-    for ((cutter, axis, ours), theirs) in ours.iter().zip(theirs) {
+    for ((cutter, axis, ours), [x, y, theirs]) in ours.iter().zip(theirs) {
+        assert!((axis.x - x).abs() < 1e-5 && (axis.y - y).abs() < 1e-5, "the drops come back in another order");
         let off = 1e3 * (ours - theirs);
         worst = worst.max(off.abs());
         assert!(off.abs() < TRIANGLES_UM, "{cutter} at {axis}: {ours} mm, OpenCAMLib {theirs} mm, {off:.3} um apart");

@@ -15,8 +15,9 @@ pub const SAMPLES_PER_ROW: f64 = 7.618_034;
 
 /// Steps of Newton's iteration along a row.
 const STEPS: usize = 8;
-/// Positions of a row whose least tip is known.
+/// Positions of a row whose least tip is known, and rows whose least is.
 const STRETCH: usize = 16;
+const BAND: usize = 16;
 
 /// A milled face: heights, and the slopes that belong to them, which jump where two rows meet.
 #[derive(Clone, Debug)]
@@ -61,7 +62,11 @@ impl Rows<'_> {
         let extent = self.surface.extent();
         let spline = SurfaceSpline::through(self.surface);
         let lattice = spline.lattice(nx, ny);
-        let sweep = Sweep { rows: self, least: self.least_tips() };
+        let least = self.least_tips();
+        let sweep = Sweep { rows: self, bands: self.least_of_bands(&least), least };
+        // Cutters with their axes further inside touch the face and no edge of the block.
+        let steepest = spline.node_slopes().as_slice().iter().map(|slope| slope.length()).fold(0.0, f64::max);
+        let margin = 2.0 * self.pass.cutter.contact_mm(steepest) + self.pass.step_over_mm;
         let (mut heights, mut slopes) = (vec![0.0; nx * ny], vec![DVec2::ZERO; nx * ny]);
         let lines = heights.par_chunks_mut(nx).zip(slopes.par_chunks_mut(nx)).enumerate();
         lines.for_each_init(Vec::new, |scratch, (j, (heights, slopes))| {
@@ -70,7 +75,7 @@ impl Rows<'_> {
                 // The axis of a cutter that touches the design here.
                 let axis = at - self.pass.cutter.contact_mm(slope.length()) * slope.normalize_or_zero();
                 let turned = |p: DVec2| DVec2::new(p.dot(self.along), p.dot(self.across));
-                let inside = (at.abs() + extent.lower()).max_element() < -self.pass.cutter.radius_mm();
+                let inside = (at.abs() + extent.lower()).max_element() < -margin;
                 let cut = sweep.cut(turned(at), turned(axis), inside);
                 let rise = sweep.slope(turned(at), &cut);
                 heights[i] = cut.height;
@@ -78,6 +83,18 @@ impl Rows<'_> {
             });
         });
         (Field::from_vec(nx, ny, heights), Field::from_vec(nx, ny, slopes))
+    }
+
+    /// The least tip on every stretch of every band of rows.
+    fn least_of_bands(&self, least: &[f64]) -> Vec<f64> {
+        let stretches = self.positions.div_ceil(STRETCH);
+        least
+            .chunks(BAND * stretches)
+            .flat_map(|band| {
+                (0..stretches)
+                    .map(|stretch| band[stretch..].iter().step_by(stretches).copied().fold(f64::INFINITY, f64::min))
+            })
+            .collect()
     }
 
     /// The least tip on every stretch of every row, its neighbours included.
@@ -97,6 +114,7 @@ impl Rows<'_> {
 struct Sweep<'a> {
     rows: &'a Rows<'a>,
     least: Vec<f64>,
+    bands: Vec<f64>,
 }
 
 /// Tip height, slope and second derivative along a row.
@@ -127,9 +145,25 @@ impl Sweep<'_> {
             return self.downhill(at, row, axis.x);
         }
         // The way of the tip falls off beside the block: no longer a convex problem.
-        let found = self.search(at, row, axis.x);
+        let start = if ball { self.downhill(at, row, axis.x) } else { self.try_at(at, row, axis.x) };
+        let found = self.search(at, start);
         let better = if ball { self.downhill(at, found.row, found.u) } else { found };
         if better.height < found.height { better } else { found }
+    }
+
+    /// What the cutter leaves at `at` with its axis at a place in a row.
+    #[inline]
+    fn try_at(&self, at: DVec2, row: usize, u: f64) -> Cut {
+        let aside = self.aside(at, row);
+        let profile = self.rows.pass.cutter.profile_mm(DVec2::new(u - at.x, aside).length());
+        let tip = if profile.is_finite() { self.tip(row, u) } else { None };
+        Cut { height: tip.map_or(f64::INFINITY, |tip| tip.height + profile), row, u }
+    }
+
+    /// How far a row runs from `at`, mm.
+    #[inline]
+    fn aside(&self, at: DVec2, row: usize) -> f64 {
+        self.rows.first.y + row as f64 * self.rows.pass.step_over_mm - at.y
     }
 
     /// The slope at `at` of the cutter that was there last; 0 on the steps of a flat one.
@@ -217,64 +251,89 @@ impl Sweep<'_> {
         })
     }
 
-    /// The least that any cutter leaves at `at`: all positions within its reach.
-    fn search(&self, at: DVec2, likely_row: usize, likely: f64) -> Cut {
+    /// The least that any cutter leaves at `at`: all positions within its reach. `best` is what is known so far.
+    fn search(&self, at: DVec2, mut best: Cut) -> Cut {
         let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
-        let radius = cutter.radius_mm();
-        let left_at = |row: usize, u: f64| {
-            let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - at.y;
-            let profile = cutter.profile_mm(DVec2::new(u - at.x, aside).length());
-            let tip = if profile.is_finite() { self.tip(row, u) } else { None };
-            Cut { height: tip.map_or(f64::INFINITY, |tip| tip.height + profile), row, u }
-        };
-        let mut best = left_at(likely_row, likely);
+        let (radius, step_over) = (cutter.radius_mm(), rows.pass.step_over_mm);
         // What positions can miss between each other where the profile is not steep.
         let slack =
             if cutter.corner_mm() > 0.0 { 4.0 * rows.spacing_mm * rows.spacing_mm / cutter.corner_mm() } else { 0.0 };
         let nearest = |v: f64| (v.max(0.0) as usize).min(rows.count - 1);
-        let row_of = |v: f64| (v - rows.first.y) / rows.pass.step_over_mm;
+        let row_of = |v: f64| (v - rows.first.y) / step_over;
+        let (begin, end) = (nearest(row_of(at.y - radius).ceil()), nearest(row_of(at.y + radius).floor()));
         let stretches = rows.positions.div_ceil(STRETCH);
-        for row in nearest(row_of(at.y - radius).ceil())..=nearest(row_of(at.y + radius).floor()) {
-            let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - at.y;
-            let reach = (radius * radius - aside * aside).max(0.0).sqrt();
-            let position = |u: f64| ((u - rows.first.x) / rows.spacing_mm).clamp(0.0, (rows.positions - 1) as f64);
-            let (begin, end) = (position(at.x - reach), position(at.x + reach));
-            let mut of_row = Cut { height: f64::INFINITY, row, u: at.x };
-            for stretch in begin as usize / STRETCH..=end as usize / STRETCH {
-                let low = rows.first.x + (stretch * STRETCH) as f64 * rows.spacing_mm;
-                let high = low + STRETCH as f64 * rows.spacing_mm;
-                let apart = (low - at.x).max(at.x - high).max(0.0);
-                let least = self.least[row * stretches + stretch];
-                if least + cutter.profile_mm(DVec2::new(apart, aside).length().min(radius)) >= best.height {
-                    continue;
-                }
-                let inside =
-                    (stretch * STRETCH).max(begin.ceil() as usize)..=((stretch + 1) * STRETCH).min(end as usize);
-                let places = inside.map(|i| rows.first.x + i as f64 * rows.spacing_mm);
-                // The ends of the reach are positions too: a rim cuts with them.
-                let ends = [at.x - reach * (1.0 - 1e-12), at.x + reach * (1.0 - 1e-12)];
-                for u in places.chain(ends.into_iter().filter(|u| (low..=high).contains(u))) {
-                    let cut = left_at(row, u);
-                    if cut.height < of_row.height {
-                        of_row = cut;
+        let stretch_mm = STRETCH as f64 * rows.spacing_mm;
+        let stretch_of = |u: f64| (((u - rows.first.x) / stretch_mm).max(0.0) as usize).min(stretches - 1);
+        let all = (stretch_of(at.x - radius), stretch_of(at.x + radius));
+        let apart_of = |stretch: usize| {
+            let low = rows.first.x + stretch as f64 * stretch_mm;
+            (low - at.x).max(at.x - low - stretch_mm).max(0.0)
+        };
+        for band in begin / BAND..=end / BAND {
+            let first = self.aside(at, band * BAND);
+            let aside = first.max(-first - (BAND - 1) as f64 * step_over).max(0.0);
+            let hopeful = |stretch: &usize| {
+                let profile = cutter.profile_mm(DVec2::new(apart_of(*stretch), aside).length().min(radius));
+                self.bands[band * stretches + stretch] + profile < best.height + slack
+            };
+            let Some(low) = (all.0..=all.1).find(hopeful) else { continue };
+            let high = (all.0..=all.1).rfind(hopeful).unwrap_or(low);
+            for row in begin.max(band * BAND)..=end.min(band * BAND + BAND - 1) {
+                let found = self.search_row(at, row, (low, high), best.height + slack);
+                if found.height < best.height + slack {
+                    let found = self.improve(at, found);
+                    if found.height < best.height {
+                        best = found;
                     }
                 }
             }
-            if of_row.height >= best.height + slack {
+        }
+        best
+    }
+
+    /// The best of the positions of a row on some of its stretches that may be below `limit`, and of the ends of its reach, which
+    /// are positions too: a rim cuts with them.
+    fn search_row(&self, at: DVec2, row: usize, (low, high): (usize, usize), limit: f64) -> Cut {
+        let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
+        let (radius, aside) = (cutter.radius_mm(), self.aside(at, row));
+        let reach = (radius * radius - aside * aside).max(0.0).sqrt() * (1.0 - 1e-12);
+        let position = |u: f64| ((u - rows.first.x) / rows.spacing_mm).clamp(0.0, (rows.positions - 1) as f64);
+        let (begin, end) = (position(at.x - reach), position(at.x + reach));
+        let stretches = rows.positions.div_ceil(STRETCH);
+        let mut best = Cut { height: f64::INFINITY, row, u: at.x };
+        for stretch in low.max(begin as usize / STRETCH)..=high.min(end as usize / STRETCH) {
+            let left = rows.first.x + (stretch * STRETCH) as f64 * rows.spacing_mm;
+            let right = left + STRETCH as f64 * rows.spacing_mm;
+            let apart = (left - at.x).max(at.x - right).max(0.0);
+            let bound = self.least[row * stretches + stretch]
+                + cutter.profile_mm(DVec2::new(apart, aside).length().min(radius));
+            if bound >= limit {
                 continue;
             }
-            let mut step = 0.5 * rows.spacing_mm;
-            while step > 1e-3 * rows.spacing_mm {
-                let sides = [of_row.u - step, of_row.u + step].map(|u| left_at(row, u));
-                let better = sides[usize::from(sides[1].height < sides[0].height)];
-                if better.height < of_row.height {
-                    of_row = better;
-                } else {
-                    step *= 0.5;
+            let inside = (stretch * STRETCH).max(begin.ceil() as usize)..=((stretch + 1) * STRETCH).min(end as usize);
+            let places = inside.map(|i| rows.first.x + i as f64 * rows.spacing_mm);
+            let ends = [at.x - reach, at.x + reach];
+            for u in places.chain(ends.into_iter().filter(|u| (left..=right).contains(u))) {
+                let cut = self.try_at(at, row, u);
+                if cut.height < best.height {
+                    best = cut;
                 }
             }
-            if of_row.height < best.height {
-                best = of_row;
+        }
+        best
+    }
+
+    /// Looks between positions.
+    fn improve(&self, at: DVec2, mut best: Cut) -> Cut {
+        let mut step = 0.5 * self.rows.spacing_mm;
+        let last = 1e-3 * step;
+        while step > last {
+            let sides = [best.u - step, best.u + step].map(|u| self.try_at(at, best.row, u));
+            let better = sides[usize::from(sides[1].height < sides[0].height)];
+            if better.height < best.height {
+                best = better;
+            } else {
+                step *= 0.5;
             }
         }
         best
@@ -325,7 +384,7 @@ mod tests {
 
     /// Rows so dense and so finely sampled that every place is tried.
     fn by_force(rows: &Rows<'_>, at: DVec2) -> f64 {
-        let sweep = Sweep { rows, least: Vec::new() };
+        let sweep = Sweep { rows, least: Vec::new(), bands: Vec::new() };
         let cutter = rows.pass.cutter;
         let (u, v) = (at.dot(rows.along), at.dot(rows.across));
         let mut least = f64::INFINITY;
