@@ -227,10 +227,17 @@ fn tolerances_are_traced_and_the_focus_is_found() {
     // Straight light does not care how thick the block is.
     assert_eq!(error("stock 0.5 mm thicker, receiver where it was"), designed, "{}", outcome.out);
     assert!(outcome.out.contains("Depth of focus"), "{}", outcome.out);
-    let focus = outcome.out.lines().find(|line| line.contains("nearer and")).unwrap();
-    let depth: f64 = focus.split_whitespace().next().unwrap().parse().unwrap();
-    assert!((0.5..60.0).contains(&depth), "{focus}");
-    // Its ends are where the verifier finds that error.
+    // At its ends the verifier finds the error that it was asked for.
+    let focus = outcome.out.lines().find(|line| line.starts_with("Depth of focus")).unwrap();
+    let numbers: Vec<f64> = focus.split([' ', ')']).filter_map(|word| word.parse().ok()).collect();
+    let [limit, near, far] = numbers[..] else { panic!("{focus}") };
+    assert!(near < 120.0 && far > 120.0 && (limit - 2.0 * designed).abs() < 2e-4, "{focus}");
+    for distance in [near, far] {
+        let seen = workshop.run(&format!("verify block.stl --distance {distance}mm --photons 100000")).out;
+        let line = seen.lines().find(|line| line.contains("relative RMS  ")).unwrap();
+        let error: f64 = line.split_whitespace().last().unwrap().parse().unwrap();
+        assert!((error - limit).abs() < 0.1 * limit + 2e-4, "{distance}: {error} for {limit}");
+    }
     let impossible =
         workshop.run("check block.stl --polish 0.1mm --tolerance --light 0.53 --pixels 48 --focus-error 0.00001");
     assert!(impossible.code == SHORT && impossible.err.contains("--focus-error"), "{}", impossible.err);

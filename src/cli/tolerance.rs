@@ -116,7 +116,7 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Caption
         println!("  {name:<55} {:>12.4} {:>8.4} {moved:>10.4}", view.metrics.rel_rms, view.metrics.ssim);
     }
     let focus = focus?;
-    let (distance, end) = (scene.distance_mm, |mm: Option<f64>| mm.map_or("beyond".into(), |mm| format!("{mm:.1} mm")));
+    let (distance, end) = (scene.distance_mm, |mm: Option<f64>| mm.map_or("beyond".into(), |mm| format!("{mm:.2} mm")));
     println!(
         "\nDepth of focus (relative RMS error up to {:.4}): from {} to {}",
         focus.limit,
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Caption
     );
     if let (Some(near), Some(far)) = (focus.near_mm, focus.far_mm) {
         println!(
-            "  {:.1} mm, {:.1} mm nearer and {:.1} mm further than designed",
+            "  {:.2} mm, {:.2} mm nearer and {:.2} mm further than designed",
             far - near,
             distance - near,
             far - distance
@@ -238,7 +238,7 @@ impl Bench<'_> {
         }
         let top = self.block.height_range_mm().1;
         let fits = |distance_mm: f64| -> Result<bool, Failure> {
-            let image = self.piece.look_from(&self.block, &Scene { distance_mm, ..*scene }, BEAMS_OF_A_DIRECTION)?;
+            let image = self.piece.look_from(&self.block, &Scene { distance_mm, ..*scene }, BEAMS)?;
             Ok(self.piece.compare(&image)?.rel_rms <= limit)
         };
         let end = |furthest: f64| -> Result<Option<f64>, Failure> {
