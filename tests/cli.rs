@@ -131,6 +131,22 @@ fn a_solid_of_others_is_traced_without_a_side_file() {
 }
 
 #[test]
+fn a_file_of_ones_own_is_not_replaced_by_a_side_file() {
+    let workshop = Workshop::new();
+    let own = "[design]\npicture = \"picture.png\"\nnodes = 65\n";
+    fs::write(workshop.path("design.toml"), own).unwrap();
+    workshop.refuses(
+        "design design.toml -o design.stl",
+        REFUSED,
+        &["design.toml", "was not written by glasswarp", "-o"],
+    );
+    assert_eq!(fs::read_to_string(workshop.path("design.toml")).unwrap(), own);
+    for _ in 0..2 {
+        assert_eq!(workshop.run("design design.toml -o other.stl --no-verify").code, FINE, "side files are renewed");
+    }
+}
+
+#[test]
 fn parts_of_a_photon_run_merge_to_the_whole_byte_by_byte() {
     let workshop = Workshop::new();
     assert_eq!(workshop.run("design picture.png -o block.stl --nodes 65 --no-verify").code, FINE);
@@ -146,6 +162,16 @@ fn parts_of_a_photon_run_merge_to_the_whole_byte_by_byte() {
     assert!(outcome.out.contains("the whole run"), "{}", outcome.out);
     let bytes = |name: &str| fs::read(workshop.path(name)).unwrap();
     assert!(bytes("merged.exr") == bytes("whole.exr"));
+    // Judged against the picture, the sum says what one run of all says.
+    let verdict = |out: &str| out.split_once("Does the light").expect(out).1.to_owned();
+    let offset = "--offset 0.1 --target picture.png";
+    let whole = workshop.run(&format!("{line} --tally again.exr {offset}"));
+    let sum = workshop.run(&format!("verify merge part3.exr part1.exr part2.exr {offset}"));
+    assert!(whole.code == FINE && sum.code == FINE, "{}{}", whole.err, sum.err);
+    assert_eq!(verdict(&whole.out), verdict(&sum.out));
+    // Another offset is another picture.
+    let short = workshop.run("verify merge merged.exr --target picture.png --offset 3 --max-error 0.1");
+    assert_eq!(short.code, SHORT, "{}{}", short.out, short.err);
     assert_eq!(workshop.run("verify merge whole.exr -o whole-light.exr").code, FINE);
     assert!(bytes("light.exr") == bytes("whole-light.exr"));
 

@@ -53,6 +53,53 @@ fn blender_lands_rays_where_the_verifier_does() {
     assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{um:?}");
 }
 
+/// Whether Python has this renderer; if not, says so. These are optional: their absence is no failure anywhere.
+fn has_package(name: &str) -> bool {
+    let python = std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into());
+    let mut check = std::process::Command::new(&python);
+    check.args(["-c", &format!("import {name}, numpy")]);
+    let found = check.output().is_ok_and(|output| output.status.success());
+    if !found {
+        let python = python.to_string_lossy();
+        let message = format!("\n*** DID NOT RUN: {python} has no {name} (optional: pip install {name} numpy) ***\n");
+        // Not `eprintln!`: the harness would swallow that of a test that passes.
+        let _ = std::io::Write::write_all(&mut std::io::stderr(), message.as_bytes());
+    }
+    found
+}
+
+#[test]
+fn mitsuba_lands_rays_where_the_verifier_does() {
+    if has_package("mitsuba") {
+        let um = map(&block(), "mitsuba");
+        // Everything is in single precision there, and a ray goes on a little beside where it arrived; 1.4 um is measured.
+        assert!(um[1] < 3.0 && um[3] < 6.0 && um[5] < 10.0, "{um:?}");
+    }
+}
+
+#[test]
+#[cfg(unix)]
+fn packages_of_python_that_are_missing_are_named_and_the_scene_stays() {
+    use std::os::unix::fs::PermissionsExt;
+    let workshop = block();
+    // A Python that sees no packages at all.
+    let bare = workshop.path("bare-python");
+    std::fs::write(&bare, "#!/bin/sh\nexec python3 -I -S \"$@\"\n").unwrap();
+    std::fs::set_permissions(&bare, std::fs::Permissions::from_mode(0o755)).unwrap();
+    for (renderer, mode) in [("mitsuba", "map"), ("luxcore", "image")] {
+        let line =
+            format!("crosscheck block.stl --with {renderer} --mode {mode} --pixels 64 --program {}", bare.display());
+        let outcome = workshop.run(&line);
+        assert_eq!(outcome.code, FILE, "{}", outcome.out);
+        for word in ["not installed", "pip install", "GLASSWARP_PYTHON", &format!("block.crosscheck-{renderer}")] {
+            assert!(outcome.err.contains(word), "'{word}' is not in\n{}", outcome.err);
+        }
+        let script = workshop.path(&format!("block.crosscheck-{renderer}")).join(format!("{mode}.py"));
+        assert!(script.exists(), "{}", script.display());
+    }
+    workshop.refuses("crosscheck block.stl --with luxcore", REFUSED, &["LuxCore", "map mode", "--mode image"]);
+}
+
 #[test]
 fn povray_sees_that_it_is_shown_another_bench() {
     if common::program("povray", "Debian: povray").is_none() {
@@ -116,6 +163,18 @@ fn povray_draws_the_verifiers_caustic() {
     if common::program("povray", "Debian: povray").is_some() {
         let [one, noise, rest] = image("povray")[..] else { panic!("three numbers") };
         assert!(one < 0.02 && noise > 0.0 && noise < 0.02 && rest < 0.015, "{one} {noise} {rest}");
+    }
+}
+
+#[test]
+#[ignore = "minutes"]
+fn mitsuba_and_luxcore_draw_the_verifiers_caustic() {
+    for renderer in ["mitsuba", "luxcore"] {
+        if has_package(if renderer == "luxcore" { "pyluxcore" } else { renderer }) {
+            let [_, noise, rest] = image(renderer)[..] else { panic!("three numbers") };
+            // Noisy renderers: what they share with each other but not with the verifier must drown in that.
+            assert!(noise < 0.1 && rest < 0.25 * noise + 0.01, "{renderer}: {noise} {rest}");
+        }
     }
 }
 

@@ -149,11 +149,8 @@ impl Subject {
             return Self::design(args);
         }
         let (_, block) = judge::open_block(&args.block)?;
-        let path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(&args.block));
-        let side = if path.exists() || args.bench.is_some() { Some(SideFile::read(&path)?) } else { None };
-        let missing = |flag: &str| {
-            Failure::Usage(format!("there is no side file {}: name one with --bench, or give {flag}", path.display()))
-        };
+        let side = SideFile::find(&args.block, args.bench.as_deref())?;
+        let missing = |flag: &str| side_file::missing(&args.block, &format!(", or give {flag}"));
         let bench = side.as_ref().map(|side| &side.bench);
         let ior = args.ior.or(bench.map(|bench| bench.ior)).ok_or_else(|| missing("--ior"))?;
         let distance_mm = args.distance.map(|length| length.mm).or(bench.map(|bench| bench.distance_mm));

@@ -66,6 +66,10 @@ enum RendererName {
     Povray,
     /// Blender's Cycles, 3.4 or later
     Blender,
+    /// Mitsuba 3: 'mitsuba' and 'numpy' of PyPI, for $GLASSWARP_PYTHON or python3
+    Mitsuba,
+    /// LuxCoreRender 2 (image mode only): 'pyluxcore' and 'numpy' of PyPI, likewise
+    Luxcore,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -80,7 +84,7 @@ enum Mode {
 const CONTESTED: f64 = 1e-3;
 
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
-    let side = SideFile::of_block(&args.block, args.bench.as_deref())?;
+    let side = SideFile::of_block(&args.block, args.bench.as_deref(), "")?;
     let (mesh, block) = open_block(&args.block)?;
     for suspicion in diagnosis::of_dimensions(&block, &side.bench) {
         eprintln!("warning: {suspicion}");
@@ -88,6 +92,8 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let renderer = match args.with {
         RendererName::Povray => Renderer::PovRay,
         RendererName::Blender => Renderer::Blender,
+        RendererName::Mitsuba => Renderer::Mitsuba,
+        RendererName::Luxcore => Renderer::LuxCore,
     };
     let folder = args
         .scene
@@ -222,7 +228,7 @@ fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failu
 
 fn failed(error: CrosscheckError) -> Failure {
     match error {
-        CrosscheckError::Scene(_) | CrosscheckError::Dark => Failure::refused(error),
+        CrosscheckError::Scene(_) | CrosscheckError::NoMap(_) | CrosscheckError::Dark => Failure::refused(error),
         CrosscheckError::Write { .. } => Failure::writing(error),
         CrosscheckError::NotInstalled { .. } | CrosscheckError::Failed { .. } | CrosscheckError::Picture { .. } => {
             Failure::Io { what: "the renderer gave no picture".into(), source: error.into() }

@@ -94,6 +94,7 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
         export::probe(output).map_err(Failure::writing)?;
+        side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
     Ok((Plan::new(picture, settings)?, outputs))
 }

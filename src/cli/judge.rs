@@ -115,8 +115,8 @@ pub(crate) struct Examiner {
     wanted: Option<Image>,
 }
 
-/// Beams per pixel along each side; twice as many change the relative RMS error by less than 3e-4.
-const BEAMS_PER_PIXEL: usize = 4;
+/// Beams per pixel along each side. The image of a photograph is then within 0.0015 of that of infinitely many.
+const BEAMS_PER_PIXEL: usize = 6;
 
 /// Beams across a solid that is no block, at least.
 const LEAST_BEAMS: usize = 1024;

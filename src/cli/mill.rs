@@ -85,6 +85,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     for output in &args.output {
         if !is_picture(output) {
             Format::from_path(output).map_err(Failure::refused)?;
+            side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
         }
         export::probe(output).map_err(Failure::writing)?;
     }

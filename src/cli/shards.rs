@@ -1,7 +1,8 @@
 //! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
 
-use super::{error::Failure, judge, side_file, verify::IrradianceFile};
-use glasswarp_verify::{PhotonPlan, PhotonTally, Scene, TallyError, Tracer, photons};
+use super::{error::Failure, judge, plan::open_picture, settings::TransferName, side_file, verify::IrradianceFile};
+use glasswarp::target::{TargetIrradiance, Transfer};
+use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -34,6 +35,22 @@ pub(crate) struct MergeArgs {
     #[arg(required = true)]
     tallies: Vec<PathBuf>,
 
+    /// Judge the light against this picture
+    #[arg(long, value_name = "PICTURE")]
+    target: Option<PathBuf>,
+
+    /// Constant added to the light of the picture
+    #[arg(long, value_name = "LIGHT", default_value_t = 0.0, requires = "target")]
+    offset: f64,
+
+    /// How numbers in the picture become light [default: by its file]
+    #[arg(long, value_name = "CURVE", requires = "target")]
+    transfer: Option<TransferName>,
+
+    /// Fail (exit code 3) if the relative RMS error, less its noise, exceeds this
+    #[arg(long, value_name = "ERROR", requires = "target")]
+    max_error: Option<f64>,
+
     /// Write the sum as a tally: byte by byte the file that one run of all parts writes
     #[arg(long, value_name = "FILE")]
     tally: Option<PathBuf>,
@@ -43,14 +60,57 @@ pub(crate) struct MergeArgs {
     output: Vec<PathBuf>,
 }
 
-/// Traces the photons of a plan and writes their tally.
-pub(crate) fn trace(block: &Path, tracer: &Tracer, plan: &PhotonPlan, path: &Path) -> Result<(), Failure> {
+/// Traces the photons of a plan, writes their tally, and judges it if there is a picture.
+pub(crate) fn trace(
+    block: &Path,
+    tracer: &Tracer,
+    plan: &PhotonPlan,
+    path: &Path,
+    wanted: Option<&Image>,
+) -> Result<Option<NoisyError>, Failure> {
     let tally = photons(tracer, plan).map_err(Failure::refused)?;
     let hash = side_file::sha256(block).map_err(|source| Failure::reading(block, source))?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
     println!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
     print(&tally);
-    Ok(())
+    wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()
+}
+
+/// Judges the light of a tally, and prints that.
+fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failure> {
+    let error = tally.error_against(wanted).map_err(Failure::refused)?;
+    let m = metrics::compare(&tally.image(), wanted).map_err(Failure::refused)?;
+    println!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
+    println!(
+        "  relative RMS   {:.5} +- {:.5}, less the noise; {:.5} with it",
+        error.rel_rms(),
+        error.rel_rms_error(),
+        m.rel_rms
+    );
+    println!("  PSNR           {:.2} dB, with the noise", m.psnr_db);
+    println!("  SSIM           {:.4}, with the noise", m.ssim);
+    println!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
+    println!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
+    Ok(error)
+}
+
+/// Fails if the error exceeds a limit that the user set.
+pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<(), Failure> {
+    match (error.map(|error| error.rel_rms()), limit) {
+        (Some(error), Some(limit)) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
+            "the caustic's relative RMS error is {error:.4} by photons, above the limit of {limit} (--max-error)"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The picture as the light that a tally should hold.
+fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
+    let Some(picture) = &args.target else { return Ok(None) };
+    let picture = open_picture(picture, args.transfer.map(Transfer::from))?;
+    let target = TargetIrradiance::from_picture(&picture, args.offset).map_err(Failure::refused)?;
+    let (nx, ny) = tally.pixels();
+    Ok(Some(judge::image_of(target.resampled(nx, ny).cells())))
 }
 
 /// What was looked at, and how, in one line: equal for parts of one run, and for those alone.
@@ -98,7 +158,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     }
     println!("{} tallies", args.tallies.len());
     print(&tally);
-    Ok(())
+    let error = wanted(args, &tally)?.map(|wanted| judge_tally(&tally, &wanted)).transpose()?;
+    demand(error, args.max_error)
 }
 
 fn print(tally: &PhotonTally) {

@@ -68,20 +68,57 @@ impl SideFile {
         Ok(side)
     }
 
-    /// The side file of a block: the one that is named, else the one beside it.
-    pub(crate) fn of_block(block: &Path, named: Option<&Path>) -> Result<Self, Failure> {
-        let path = named.map_or_else(|| path_beside(block), Path::to_path_buf);
+    /// The side file of a block: the one that is named, else the one beside it, if it is there.
+    pub(crate) fn find(block: &Path, named: Option<&Path>) -> Result<Option<Self>, Failure> {
         if !block.exists() {
             return Err(Failure::reading(block, io::ErrorKind::NotFound.into()));
         }
-        if !path.exists() {
-            return Err(Failure::Usage(format!(
-                "there is no side file {}: name one with --bench, or keep the .toml that was written with the block beside it",
-                path.display()
-            )));
+        let path = named.map_or_else(|| path_beside(block), Path::to_path_buf);
+        match named {
+            None if !path.exists() => Ok(None),
+            _ => Self::read(&path).map(Some),
         }
-        Self::read(&path)
     }
+
+    /// The side file of a block, which must have one. `or_else` says what else would do.
+    pub(crate) fn of_block(block: &Path, named: Option<&Path>, or_else: &str) -> Result<Self, Failure> {
+        Self::find(block, named)?.ok_or_else(|| missing(block, or_else))
+    }
+}
+
+/// There is no side file where there must be one.
+pub(crate) fn missing(block: &Path, or_else: &str) -> Failure {
+    Failure::Usage(format!(
+        "there is no side file {}: name one with --bench, keep the .toml that was written with the block beside it{or_else}",
+        path_beside(block).display()
+    ))
+}
+
+/// Refuses to write a side file over a file that is none.
+///
+/// # Errors
+/// [`SideFileError::Occupied`].
+pub(crate) fn may_write(path: &Path) -> Result<(), SideFileError> {
+    match std::fs::read_to_string(path) {
+        // Nothing there, or nothing that can be read: writing will say what is wrong with it.
+        Err(error) if error.kind() != io::ErrorKind::InvalidData => Ok(()),
+        Ok(text) if toml::from_str::<SideFile>(&text).is_ok() => Ok(()),
+        _ => Err(SideFileError::Occupied { path: path.into() }),
+    }
+}
+
+/// Why no side file can be written.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum SideFileError {
+    /// Somebody's own file has its name.
+    #[error(
+        "{} was not written by glasswarp, and the block's side file would replace it: give the block another name (-o)",
+        path.display()
+    )]
+    Occupied {
+        /// The file that stays as it is.
+        path: PathBuf,
+    },
 }
 
 /// What [`write`] needs to know.

@@ -177,14 +177,13 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if args.sweep.is_none() {
         args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
     }
-    if !block.exists() {
-        return Err(Failure::reading(block, std::io::ErrorKind::NotFound.into()));
+    let side = SideFile::find(block, args.bench.as_deref())?;
+    if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
+        return Err(no_side_file(block));
     }
-    let side = read_side_file(block, args)?;
-    if let Some(range) = &args.sweep {
-        let side = side.ok_or_else(|| no_side_file(block, args))?;
+    if let (Some(range), Some(side)) = (&args.sweep, &side) {
         let place = args.as_built.then_some(block);
-        return sweep::run(range, args.steps as usize, &side, place, args.pixels as usize, &args.output);
+        return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (target, offset) = target(args, side.as_ref())?;
@@ -208,7 +207,9 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         eprintln!("warning: {warning}");
     }
     if let Some(path) = &args.tally {
-        return shards::trace(block, &subject.tracer(&examiner.scene_for(&subject))?, &plan, path);
+        let tracer = subject.tracer(&examiner.scene_for(&subject))?;
+        let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
+        return shards::demand(error, args.max_error);
     }
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
@@ -250,24 +251,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     finished.map_or_else(|| judgement.demand(args.max_error), |finished| finished.demand(args.max_error))
 }
 
-/// The side file, or `None` where there is none and the flags say what it would.
-fn read_side_file(block: &Path, args: &LookArgs) -> Result<Option<SideFile>, Failure> {
-    let path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(block));
-    if path.exists() {
-        SideFile::read(&path).map(Some)
-    } else if args.bench.is_none() && args.ior.is_some() && args.distance.is_some() {
-        Ok(None)
-    } else {
-        Err(no_side_file(block, args))
-    }
-}
-
-fn no_side_file(block: &Path, args: &LookArgs) -> Failure {
-    let path = args.bench.clone().unwrap_or_else(|| side_file::path_beside(block));
-    Failure::Usage(format!(
-        "there is no side file {}: name one with --bench, keep the .toml that was written with the block beside it, or give --ior and --distance",
-        path.display()
-    ))
+fn no_side_file(block: &Path) -> Failure {
+    side_file::missing(block, ", or give --ior and --distance")
 }
 
 /// The picture as light, and its offset. Without a side file a picture need not be named.
@@ -293,7 +278,7 @@ fn place(
     target: Option<&TargetIrradiance>,
 ) -> Result<Place, Failure> {
     let recorded = side.map(|side| Place::from(&side.bench));
-    let ior = args.ior.or(recorded.map(|place| place.ior)).ok_or_else(|| no_side_file(block, args))?;
+    let ior = args.ior.or(recorded.map(|place| place.ior)).ok_or_else(|| no_side_file(block))?;
     let distance = args.distance.map(|length| length.mm).or(recorded.map(|place| place.distance_mm));
     let natural = recorded.map_or(subject.size_mm(), |place| place.window_mm);
     let window_mm = args.window.map_or(natural, |window| {
@@ -302,7 +287,7 @@ fn place(
         let width = window.width.mm;
         DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm))
     });
-    Ok(Place { ior, distance_mm: distance.ok_or_else(|| no_side_file(block, args))?, window_mm })
+    Ok(Place { ior, distance_mm: distance.ok_or_else(|| no_side_file(block))?, window_mm })
 }
 
 /// What may be wrong with a block that was not designed as it lies here.

@@ -37,7 +37,7 @@ pub(crate) struct View {
 impl Workpiece {
     /// Opens a file and its side file. Lengths along z are measured from the mean plane of the exit face.
     pub(crate) fn open(path: &Path, bench: Option<&Path>, pixels: usize) -> Result<Self, Failure> {
-        let side = SideFile::of_block(path, bench)?;
+        let side = SideFile::of_block(path, bench, "")?;
         let (_, block) = judge::open_block(path)?;
         let design = &side.design;
         let picture = design.picture.as_ref().ok_or_else(|| {

@@ -10,9 +10,8 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub(super) struct Carrier {
     lens: Extent,
-    /// In units of receiver nodes. Kept from call to call as the start of the next search.
+    /// In units of receiver nodes. Kept from call to call as a start of the next search.
     landing: Field<DVec2>,
-    started: bool,
 }
 
 /// Heights, and how well they could be found.
@@ -30,15 +29,12 @@ const ENOUGH: f64 = 2e-3;
 
 impl Carrier {
     pub(super) fn new(lens: Extent, nodes: (usize, usize)) -> Self {
-        Self { lens, landing: Field::filled(nodes.0, nodes.1, DVec2::NAN), started: false }
+        Self { lens, landing: Field::filled(nodes.0, nodes.1, DVec2::NAN) }
     }
 
     /// The heights at the lens's nodes.
     pub(super) fn heights(&mut self, path: &OpticalPath, spline: &PathSpline) -> Carried {
-        if !self.started {
-            self.rasterise(path, spline);
-            self.started = true;
-        }
+        self.rasterise(path, spline);
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let lens = self.lens;
         let mut heights = vec![0.0; nx * ny];
@@ -59,8 +55,9 @@ impl Carrier {
         Carried { heights_mm: Field::from_vec(nx, ny, heights), missed: missed.iter().sum() }
     }
 
-    /// Finds a start for every lens node: the receiver triangle whose image under the map contains it, and of several the one
-    /// whose oval forms the face (the Legendre guard where the image is folded).
+    /// Finds a start for every lens node: the receiver triangle whose image under the map contains it, and of several, and of the last
+    /// call's landing point, the one whose oval forms the face (the Legendre guard where the image is folded). Without it a node
+    /// next to a crease would stay on the side that it was on before the crease moved.
     fn rasterise(&mut self, path: &OpticalPath, spline: &PathSpline) {
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let grid = spline.grid;
@@ -86,7 +83,6 @@ impl Carrier {
         self.landing.as_mut_slice().par_chunks_mut(nx * ROWS_PER_BAND).enumerate().for_each(|(band, out)| {
             let first = band * ROWS_PER_BAND;
             let rows = (first, first + out.len() / nx);
-            out.fill(DVec2::NAN);
             for j in 0..gy - 1 {
                 let low = ranges[j].0.min(ranges[j + 1].0) - SLACK;
                 let high = ranges[j].1.max(ranges[j + 1].1) + SLACK;

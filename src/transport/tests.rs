@@ -232,6 +232,41 @@ fn true_black_needs_no_offset() {
     assert!(error < 0.04, "{error}");
 }
 
+/// White bars and a white corner on black.
+fn bars(n: usize) -> TargetIrradiance {
+    let white = |i: usize, j: usize| i % (n / 3) < n / 10 || (i > n / 2 && j < n / 4);
+    TargetIrradiance::new(Field::from_fn(n, n, |i, j| if white(i, j) { 1.0 } else { 0.0 })).unwrap()
+}
+
+#[test]
+fn the_face_is_the_envelope_of_all_ovals_wherever_the_search_starts() {
+    for face in [GLASS, ExitFace::Reflects] {
+        let bench = bench(40.0, 40.0, 150.0, face);
+        let nodes = (81, 81);
+        let mut summary = Summary::default();
+        let solved = pyramid::solve(&Options::default(), &bars(40), &bench, nodes, &Silent, &mut summary).unwrap();
+        let (grid, spline) = (solved.grid, &solved.state.spline);
+        let path = Equation::new(&bench, grid, &solved.light).path;
+        let mut carrier = carry::Carrier::new(bench.block(), nodes);
+        // A first use leaves the landing points of a flat face behind.
+        carrier.heights(&path, &start::plain(&bench, grid).spline);
+        let carried = carrier.heights(&path, spline).heights_mm;
+        for j in 0..nodes.1 {
+            for i in 0..nodes.0 {
+                let x = bench.block().node(i, j, nodes.0, nodes.1);
+                let height = carried[(i, j)];
+                for m in 0..=grid.cells.1 {
+                    spline.row_jets(m, |k, jet| {
+                        let oval = path.oval_height(x, grid.node(k, m), jet.value);
+                        let above = path.forms_face(oval, height) && (oval - height).abs() > 1e-6;
+                        assert!(!above, "{face:?}: {oval} over {height} at {x}");
+                    });
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn an_even_picture_leaves_the_block_flat() {
     let bench = bench(30.0, 20.0, 100.0, GLASS);

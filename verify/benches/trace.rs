@@ -28,9 +28,12 @@ fn trace(c: &mut Criterion) {
             BatchSize::PerIteration,
         );
     });
-    group.throughput(Throughput::Elements(mesh.triangles.len() as u64));
     let facets = Scene { surface: Surface::Facets, ..straight };
-    group.bench_function("hierarchy over the whole solid", |b| b.iter(|| Tracer::for_solid(&mesh, &facets)));
+    let large = block(1001, 1001, SIZE, -15.0, relief);
+    group.throughput(Throughput::Elements(large.triangles.len() as u64));
+    group.bench_function("hierarchy over a whole solid of 2 million triangles", |b| {
+        b.iter(|| Tracer::for_solid(&large, &facets));
+    });
 
     let plan = PhotonPlan::new(1_000_000, 1);
     let mut tracers = Vec::new();

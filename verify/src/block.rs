@@ -227,6 +227,12 @@ impl Block {
     pub(crate) fn node(&self, i: usize, j: usize) -> DVec3 {
         DVec3::new(self.xs[i], self.ys[j], self.heights[j * self.nx + i])
     }
+
+    /// The grid lines on both sides of cell `(i, j)`, mm.
+    #[inline]
+    pub(crate) fn lines(&self, i: usize, j: usize) -> ([f64; 2], [f64; 2]) {
+        ([self.xs[i], self.xs[i + 1]], [self.ys[j], self.ys[j + 1]])
+    }
 }
 
 /// Places of `n` grid lines from `lo` to `hi`. The ends are exact.

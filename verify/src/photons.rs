@@ -1,6 +1,7 @@
 //! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
 
 mod file;
+mod net;
 
 pub use file::TallyError;
 
@@ -9,16 +10,17 @@ use crate::{
     trace::Tracer,
 };
 use glam::DVec2;
+use net::Net;
 use rayon::prelude::*;
 
 /// Which photons to trace.
 ///
-/// The photons of a run are cut into [`replicates`](Self::replicates), independent stratified samples of the aperture. Each
+/// The photons of a run are cut into [`replicates`](Self::replicates), independent scrambled nets over the aperture. Each
 /// depends on nothing but the seed and its own number: shard `s` of `S` traces those with number `s` modulo `S`, on any
 /// machine, and merging all shards gives exactly the tally of the whole run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PhotonPlan {
-    /// Photons asked for in the whole run; rounded up to full strata.
+    /// Photons asked for in the whole run; rounded up so that every replicate has a power of two.
     pub photons: u64,
     /// Selects the random numbers.
     pub seed: u64,
@@ -76,7 +78,7 @@ pub struct PhotonTally {
     squares: Vec<u128>,
 }
 
-/// With more of them on one pixel, squares of sums would not fit into 128 bits.
+/// With twice as many on one pixel, which rounding up can make of them, squares of sums just fit into 128 bits.
 const MOST_PHOTONS: u64 = 2_000_000_000;
 /// Most independent samples of a run.
 const MOST_REPLICATES: u32 = 4096;
@@ -106,10 +108,9 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
 
     let (lower, upper) = tracer.aperture_mm();
     let size = upper - lower;
-    let each = plan.photons.div_ceil(plan.replicates.into()) as f64;
-    // Strata about as wide as high.
-    let columns = ((each * size.x / size.y).sqrt().ceil().max(1.0) as u32).min(MOST_STRATA);
-    let rows = ((each / f64::from(columns)).ceil().max(1.0) as u32).min(MOST_STRATA);
+    let each = plan.photons.div_ceil(plan.replicates.into());
+    let (column_bits, row_bits) = net::strata_bits(each, size.x / size.y);
+    let (columns, rows) = (1 << column_bits, 1 << row_bits);
     let window = &tracer.scene().window;
     let pixels = window.nx * window.ny;
     let mut film = Film::new(window);
@@ -123,18 +124,15 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
         sums: vec![0; pixels],
         squares: vec![0; pixels],
     };
-    let stratum = size / DVec2::new(columns.into(), rows.into());
     for &replicate in &tally.done {
-        let key = mix(plan.seed ^ mix(u64::from(replicate)));
+        let net = Net::new(mix(plan.seed ^ mix(u64::from(replicate))), column_bits, row_bits);
         let fates = (0..rows.div_ceil(ROWS))
             .into_par_iter()
             .map(|band| {
                 let mut fates = Tally::default();
                 for row in band * ROWS..rows.min((band + 1) * ROWS) {
                     for column in 0..columns {
-                        let jitter = jitter(key, u64::from(row) * u64::from(columns) + u64::from(column));
-                        let start = lower + (DVec2::new(column.into(), row.into()) + jitter) * stratum;
-                        shoot(tracer, &film, start, &mut fates);
+                        shoot(tracer, &film, lower + net.point(column, row) * size, &mut fates);
                     }
                 }
                 fates
@@ -168,14 +166,6 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// Random number `index` of a stream: a point in the unit square. Counter-based, so that any photon can be traced alone.
-#[inline]
-fn jitter(key: u64, index: u64) -> DVec2 {
-    let bits = mix(key.wrapping_add(index.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
-    let unit = |bits: u64| (bits & 0xffff_ffff) as f64 * (0.5f64.powi(32)) + 0.5f64.powi(33);
-    DVec2::new(unit(bits), unit(bits >> 32))
-}
-
 /// An estimate against a target, with the noise's own part taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NoisyError {
@@ -204,6 +194,11 @@ impl PhotonTally {
     /// Number of photons traced.
     pub fn photons(&self) -> u64 {
         self.done.len() as u64 * self.each()
+    }
+
+    /// Pixels along x and y.
+    pub fn pixels(&self) -> (usize, usize) {
+        self.pixels
     }
 
     /// Whether all replicates of the run are in.

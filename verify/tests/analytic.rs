@@ -4,7 +4,10 @@ mod common;
 
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{Block, End, Fresnel, Geometry, Mesh, PhotonPlan, Scene, Surface, Tracer, beams, photons};
+use glasswarp_verify::{
+    Block, End, Fresnel, Geometry, Mesh, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons,
+};
+use rayon::prelude::*;
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
 /// Landing points are asked for to a picometre of a metre.
@@ -269,13 +272,19 @@ fn no_ray_is_lost_at_vertices_and_edges() {
 fn no_ray_of_a_hundred_million_is_lost() {
     let mesh = block(641, 481, SIZE, -15.0, relief);
     let scene = scene(SIZE, 32, 250.0);
-    aim_at_everything(&mesh, &Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &scene).unwrap(), 100_000_000);
+    let block = Block::from_mesh(&mesh).unwrap();
+    for traversal in [Traversal::Bvh, Traversal::Grid] {
+        let scene = Scene { traversal, ..scene };
+        aim_at_everything(&mesh, &Tracer::for_block(&block, &scene).unwrap(), 100_000_000);
+    }
+    let scene = Scene { surface: Surface::Facets, ..scene };
+    aim_at_everything(&mesh, &Tracer::for_solid(&mesh, &scene).unwrap(), 100_000_000);
 }
 
 /// Vertices, points on edges and ordinary points in turn.
 fn aim_at_everything(mesh: &Mesh, tracer: &Tracer, rays: usize) {
     let n = mesh.triangles.len();
-    for k in 0..rays {
+    (0..rays).into_par_iter().for_each(|k| {
         let [a, b, c] = mesh.corners(k / 7 % n);
         let target = match k % 7 {
             0 => a,
@@ -288,5 +297,5 @@ fn aim_at_everything(mesh: &Mesh, tracer: &Tracer, rays: usize) {
         };
         let end = tracer.path(target.truncate()).end;
         assert!(matches!(end, End::Receiver(_)), "ray {k} at {target} ended as {end:?}");
-    }
+    });
 }

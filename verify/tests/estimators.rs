@@ -161,7 +161,7 @@ fn damaged_tallies_are_refused() {
         (swap("done = 0 1 2 3", "done = 0 1   3"), "account"),
         (swap("done = 0 1 2 3", "done = 0 1 2 x"), "'x'"),
         (swap("seed = 1", "sled = 1"), "'seed'"),
-        (swap("version 1", "version 9"), "version 1"),
+        (swap("version 2", "version 9"), "version 2"),
         (good[..good.len() / 2].to_vec(), "no photon tally"),
         (b"not a picture".to_vec(), "no photon tally"),
     ] {

@@ -23,7 +23,7 @@ pub enum CrosscheckError {
         source: io::Error,
     },
     /// The program is not there.
-    #[error("{} is not installed: '{program}' was not found ({}); the scene is in {}", renderer.name(), renderer.remedy(), folder.display())]
+    #[error("{} is not installed: '{program}' or its package was not found ({}); the scene is in {}", renderer.name(), renderer.remedy(), folder.display())]
     NotInstalled {
         /// Which renderer.
         renderer: Renderer,
@@ -52,6 +52,9 @@ pub enum CrosscheckError {
         /// What is wrong.
         reason: String,
     },
+    /// A renderer whose rays cannot be aimed.
+    #[error("{} cannot be used in map mode: its rays pass anywhere within their pixels; look at the caustic (--mode image)", .0.name())]
+    NoMap(Renderer),
     /// No light to compare.
     #[error("no light arrives on the receiver, so there is nothing to compare")]
     Dark,
@@ -77,6 +80,9 @@ pub(super) struct Run {
     pub(super) output: String,
 }
 
+/// Exit status of a script whose package is not installed.
+const NO_SUCH_PACKAGE: i32 = 77;
+
 /// A scene in a folder, and how to run it.
 #[derive(Clone, Debug)]
 pub struct Job {
@@ -95,7 +101,7 @@ impl Job {
 
     /// The commands that render it, to be typed in its folder.
     pub fn commands(&self) -> Vec<String> {
-        let line = |run: &Run| format!("{} {}", self.renderer.program(), run.args.join(" "));
+        let line = |run: &Run| format!("{} {}", self.renderer.program().to_string_lossy(), run.args.join(" "));
         self.runs.iter().map(line).collect()
     }
 
@@ -112,7 +118,7 @@ impl Job {
     /// # Errors
     /// A program that is missing or fails.
     pub fn run(&self, program: Option<&OsStr>) -> Result<(), CrosscheckError> {
-        let program = program.unwrap_or(OsStr::new(self.renderer.program()));
+        let program = program.map_or_else(|| self.renderer.program(), OsStr::to_os_string);
         for run in &self.runs {
             let output = self.folder.join(&run.output);
             // A picture of an earlier run must not be taken for this one's.
@@ -125,7 +131,7 @@ impl Job {
             let log = output.with_extension("log");
             let file = File::create(&log).map_err(|source| CrosscheckError::Write { path: log.clone(), source })?;
             let both = file.try_clone().map_err(|source| CrosscheckError::Write { path: log.clone(), source })?;
-            let mut command = Command::new(program);
+            let mut command = Command::new(&program);
             // Blender takes its working folder from the shell's variable.
             if let Ok(folder) = self.folder.canonicalize() {
                 command.env("PWD", folder);
@@ -137,16 +143,18 @@ impl Job {
                 tail: tail(&log),
                 log: log.clone(),
             };
+            let missing = || CrosscheckError::NotInstalled {
+                renderer: self.renderer,
+                program: program.to_string_lossy().into_owned(),
+                folder: self.folder.clone(),
+            };
             match command.status() {
+                Ok(status) if status.code() == Some(NO_SUCH_PACKAGE) => return Err(missing()),
                 Ok(status) if !status.success() => return Err(failed(status.to_string())),
                 Ok(_) if !output.exists() => return Err(failed(format!("{} was not written", run.output))),
                 Ok(_) => {}
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                    return Err(CrosscheckError::NotInstalled {
-                        renderer: self.renderer,
-                        program: program.to_string_lossy().into_owned(),
-                        folder: self.folder.clone(),
-                    });
+                    return Err(missing());
                 }
                 Err(error) => return Err(failed(error.to_string())),
             }
@@ -193,7 +201,7 @@ impl Job {
         let wrong = |reason: String| CrosscheckError::Picture { path: path.clone(), reason };
         let (size, pixels) = match self.renderer {
             Renderer::PovRay => super::povray::read(&path),
-            Renderer::Blender => super::blender::read(&path),
+            Renderer::Blender | Renderer::Mitsuba | Renderer::LuxCore => super::scripted::read(&path),
         }
         .map_err(wrong)?;
         if size != self.pixels {

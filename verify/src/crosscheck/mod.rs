@@ -15,8 +15,11 @@
 mod blender;
 mod image;
 mod job;
+mod luxcore;
 mod map;
+mod mitsuba;
 mod povray;
+mod scripted;
 mod shaded;
 
 pub use image::{ImageAgreement, ImageLevel};
@@ -34,7 +37,7 @@ use crate::{
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use shaded::ShadedMesh;
-use std::path::Path;
+use std::{ffi::OsString, path::Path};
 
 /// An independent program that can follow light through glass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +46,11 @@ pub enum Renderer {
     PovRay,
     /// Blender's Cycles, 3.4 or later: rays, and manifold next-event estimation.
     Blender,
+    /// Mitsuba 3, a package of Python: rays, and particle tracing.
+    Mitsuba,
+    /// LuxCoreRender 2, a package of Python: light tracing. It has no map mode, for each of its camera rays passes
+    /// somewhere within its pixel.
+    LuxCore,
 }
 
 impl Renderer {
@@ -51,14 +59,17 @@ impl Renderer {
         match self {
             Self::PovRay => "POV-Ray",
             Self::Blender => "Blender",
+            Self::Mitsuba => "Mitsuba",
+            Self::LuxCore => "LuxCore",
         }
     }
 
-    /// Name of the executable.
-    pub fn program(self) -> &'static str {
+    /// The executable: for packages of Python the interpreter, `$GLASSWARP_PYTHON` or else `python3`.
+    pub fn program(self) -> OsString {
         match self {
-            Self::PovRay => "povray",
-            Self::Blender => "blender",
+            Self::PovRay => "povray".into(),
+            Self::Blender => "blender".into(),
+            Self::Mitsuba | Self::LuxCore => std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into()),
         }
     }
 
@@ -67,6 +78,8 @@ impl Renderer {
         match self {
             Self::PovRay => "Debian and Ubuntu: apt-get install povray; else https://www.povray.org",
             Self::Blender => "Debian and Ubuntu: apt-get install blender; else https://www.blender.org",
+            Self::Mitsuba => "pip install mitsuba numpy; name the interpreter in GLASSWARP_PYTHON",
+            Self::LuxCore => "pip install pyluxcore numpy; name the interpreter in GLASSWARP_PYTHON",
         }
     }
 
@@ -74,7 +87,7 @@ impl Renderer {
     fn fresnel(self) -> Fresnel {
         match self {
             Self::PovRay => Fresnel::Off,
-            Self::Blender => Fresnel::On,
+            Self::Blender | Self::Mitsuba | Self::LuxCore => Fresnel::On,
         }
     }
 }
@@ -87,8 +100,8 @@ pub struct Study<'a> {
     scene: Scene,
 }
 
-/// Beams per pixel along each side in the verifier's own image.
-const BEAMS_PER_PIXEL: usize = 4;
+/// Beams per pixel along each side in the verifier's own image: its error is far below that of any renderer.
+const BEAMS_PER_PIXEL: usize = 8;
 
 impl<'a> Study<'a> {
     /// A block, the mesh in which it was recognised, and the bench. Surface, geometry and Fresnel's losses are chosen by
@@ -154,6 +167,8 @@ impl<'a> Study<'a> {
         let job = match renderer {
             Renderer::PovRay => povray::map(folder, landed, (ours.nx, ours.ny)),
             Renderer::Blender => blender::map(folder, landed, (ours.nx, ours.ny)),
+            Renderer::Mitsuba => mitsuba::map(folder, landed, (ours.nx, ours.ny)),
+            Renderer::LuxCore => return Err(CrosscheckError::NoMap(renderer)),
         };
         self.write(&job, &shaded, renderer)?;
         Ok(job)
@@ -174,6 +189,8 @@ impl<'a> Study<'a> {
                 povray::image(folder, peak, self.block.size_mm(), (ours.nx, ours.ny))
             }
             Renderer::Blender => blender::image(folder, (ours.nx, ours.ny)),
+            Renderer::Mitsuba => mitsuba::image(folder, (ours.nx, ours.ny)),
+            Renderer::LuxCore => luxcore::image(folder, (ours.nx, ours.ny)),
         };
         self.write(&job, &shaded, renderer)?;
         Ok(job)
@@ -183,7 +200,9 @@ impl<'a> Study<'a> {
         job.make_folder()?;
         match renderer {
             Renderer::PovRay => povray::write(job, self, shaded)?,
-            Renderer::Blender => blender::write(job, self, shaded)?,
+            Renderer::Blender => scripted::write(&blender::SCRIPT, job, self, shaded)?,
+            Renderer::Mitsuba => scripted::write(&mitsuba::SCRIPT, job, self, shaded)?,
+            Renderer::LuxCore => scripted::write(&luxcore::SCRIPT, job, self, shaded)?,
         }
         job.write_readme()
     }

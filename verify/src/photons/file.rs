@@ -43,7 +43,7 @@ pub enum TallyError {
 }
 
 /// First line of the comment.
-const KIND: &str = "glasswarp photon tally, version 1";
+const KIND: &str = "glasswarp photon tally, version 2";
 
 impl PhotonTally {
     /// Writes the tally. `bench` says, in one line, what was looked at: parts of different benches must not be merged.
@@ -105,7 +105,7 @@ impl PhotonTally {
     }
 }
 
-/// 32-bit words of a sum: 2^31 photons of 2^32 units each.
+/// 32-bit words of a sum: fewer than 2^32 photons of 2^32 units each.
 const SUM_WORDS: usize = 2;
 /// 32-bit words of a square.
 const SQUARE_WORDS: usize = 4;

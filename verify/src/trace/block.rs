@@ -10,6 +10,7 @@ use crate::{
     spline::Bicubic,
 };
 use glam::{DMat3, DQuat, DVec2, DVec3};
+use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// A block with its light inside, its exit face and the search structure over the cells of that face.
@@ -31,7 +32,24 @@ pub(super) struct BlockTracer {
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
     /// Built when first needed.
-    accelerator: OnceLock<Accelerator>,
+    hierarchy: OnceLock<Hierarchy>,
+}
+
+/// A search structure over the cells of the exit face.
+#[derive(Debug)]
+struct Hierarchy {
+    accelerator: Accelerator,
+    /// What is needed to cross the cell in every slot, close together.
+    cells: Vec<Cell>,
+}
+
+/// A cell of the exit face.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    /// Heights at its corners, as [`corners`] lists them, mm.
+    heights: [f64; 4],
+    number: u32,
+    diagonal: Diagonal,
 }
 
 #[derive(Debug)]
@@ -99,24 +117,40 @@ impl BlockTracer {
             entry_transmittance: transmitted(scene.fresnel, &entered),
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
-            accelerator: OnceLock::new(),
+            hierarchy: OnceLock::new(),
             block: block.clone(),
         })
     }
 
     /// The search structure over the cells of the exit face.
-    fn accelerator(&self) -> &Accelerator {
-        self.accelerator.get_or_init(|| {
+    fn hierarchy(&self) -> &Hierarchy {
+        self.hierarchy.get_or_init(|| {
             let block = &self.block;
             let (columns, rows) = (block.nx - 1, block.ny - 1);
             let (low, high) = block.height_range_mm();
             let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
                 + low.abs().max(high.abs()).max(block.entry_z.abs());
-            Accelerator::build(columns * rows, reach, |k| {
+            let accelerator = Accelerator::build(columns * rows, reach, |k| {
                 let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
                 corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
-            })
+            });
+            let cells = accelerator.order().par_iter().map(|&number| self.cell(number)).collect();
+            Hierarchy { accelerator, cells }
         })
+    }
+
+    #[inline]
+    fn cell(&self, number: u32) -> Cell {
+        let (i, j) = self.place(number);
+        let heights = corners(i, j).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
+        Cell { heights, number, diagonal: self.block.diagonals[number as usize] }
+    }
+
+    /// Column and row of a cell.
+    #[inline]
+    fn place(&self, number: u32) -> (usize, usize) {
+        let columns = self.block.nx as u32 - 1;
+        ((number % columns) as usize, (number / columns) as usize)
     }
 
     pub(super) fn aperture(&self) -> (DVec2, DVec2) {
@@ -171,7 +205,7 @@ impl BlockTracer {
     fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
         if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
             // It crosses a height field once: if it meets the cell above it, that is the crossing.
-            let hit = self.cross(self.cell_above(ray.origin.truncate()), ray, |_| true);
+            let hit = self.cross(&self.cell(self.cell_above(ray.origin.truncate())), ray, |_| true);
             if hit.is_some() {
                 return hit;
             }
@@ -182,9 +216,10 @@ impl BlockTracer {
     /// The nearest crossing of the exit face's triangles that `accept` lets pass.
     fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        self.accelerator().visit(ray, |cell| {
-            let hit = self.cross(cell, ray, &accept)?;
-            if nearest.is_none_or(|n| (hit.crossing.t, cell) < (n.crossing.t, n.cell)) {
+        let Hierarchy { accelerator, cells } = self.hierarchy();
+        accelerator.visit(ray, |slot| {
+            let hit = self.cross(&cells[slot], ray, &accept)?;
+            if nearest.is_none_or(|n| (hit.crossing.t, hit.cell) < (n.crossing.t, n.cell)) {
                 nearest = Some(hit);
             }
             Some(hit.crossing.t)
@@ -193,11 +228,13 @@ impl BlockTracer {
     }
 
     /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
-    #[inline]
-    fn cross(&self, cell: u32, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
-        let columns = self.block.nx as u32 - 1;
-        let (i, j) = ((cell % columns) as usize, (cell / columns) as usize);
-        let corners = corners(i, j).map(|(i, j)| ray.sheared(self.block.node(i, j)));
+    #[inline(always)]
+    fn cross(&self, cell: &Cell, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let (i, j) = self.place(cell.number);
+        let (x, y) = self.block.lines(i, j);
+        let z = cell.heights;
+        let corners = [(x[0], y[0], z[0]), (x[1], y[0], z[1]), (x[1], y[1], z[2]), (x[0], y[1], z[3])]
+            .map(|(x, y, z)| ray.sheared(DVec3::new(x, y, z)));
         // Most candidates are passed at a distance; the ray is the origin here.
         let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
         let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
@@ -205,10 +242,10 @@ impl BlockTracer {
             return None;
         }
         let mut nearest: Option<Hit> = None;
-        for half in halves(self.block.diagonals[cell as usize]) {
+        for half in halves(cell.diagonal) {
             let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
             if nearest.is_none_or(|n| crossing.t < n.crossing.t) {
-                nearest = Some(Hit { crossing, cell, half });
+                nearest = Some(Hit { crossing, cell: cell.number, half });
             }
         }
         nearest
@@ -273,8 +310,8 @@ impl BlockTracer {
     /// The nodes (column, row) of the corners of a triangle.
     #[inline]
     fn nodes_of(&self, hit: &Hit) -> [(usize, usize); 3] {
-        let columns = self.block.nx as u32 - 1;
-        let corners = corners((hit.cell % columns) as usize, (hit.cell / columns) as usize);
+        let (i, j) = self.place(hit.cell);
+        let corners = corners(i, j);
         hit.half.map(|k| corners[k])
     }
 

@@ -1,6 +1,8 @@
 //! Following rays of light through a solid to the receiver.
 
 mod block;
+mod facets;
+mod gate;
 mod solid;
 
 use crate::{

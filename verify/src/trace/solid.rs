@@ -1,9 +1,13 @@
 //! Tracing any closed solid: light enters, is refracted, reflected inside, leaves, and may enter again.
 
-use super::{End, Path};
+use super::{
+    End, Path,
+    facets::{Facets, Found, Place, Turns, rectangle},
+    gate::Gate,
+};
 use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing},
-    mesh::Mesh,
+    accel::{Crossing, SearchRay},
+    mesh::{CornerNormals, Mesh},
     optics::{Interface, reflect, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
 };
@@ -18,18 +22,25 @@ const NUDGE_MM: f64 = 1e-7;
 
 #[derive(Debug)]
 pub(super) struct SolidTracer {
-    mesh: Mesh,
     scene: Scene,
     light: DVec3,
     lower: DVec3,
     aperture: (DVec2, DVec2),
-    accelerator: Accelerator,
+    /// Triangles in the lowest plane, which no light that travels up can meet from above it.
+    floor: Facets,
+    /// The floor, where it fills a rectangle: its corners, two opposite ones outermost, as a triangle that faces down.
+    rectangle: Option<[DVec3; 3]>,
+    /// All others.
+    rest: Facets,
+    shades: Option<CornerNormals>,
+    gate: Gate,
 }
 
 /// A ray on its way.
 #[derive(Clone, Copy, Debug)]
 struct Leg {
-    ray: SearchRay,
+    origin: DVec3,
+    direction: DVec3,
     medium: Medium,
     power: f64,
     interfaces: u32,
@@ -37,7 +48,7 @@ struct Leg {
     /// Whether it began as a partial reflection.
     partial: bool,
     /// The triangle where it began.
-    from: Option<u32>,
+    from: Option<Place>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,11 +85,21 @@ impl SolidTracer {
         let aperture = (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift));
         let reach =
             2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
-        let accelerator = Accelerator::build(mesh.triangles.len(), reach, |k| {
-            let [a, b, c] = mesh.corners(k);
-            (a.min(b).min(c), a.max(b).max(c))
-        });
-        Ok(Self { mesh: mesh.clone(), scene: *scene, light, lower, aperture, accelerator })
+        let in_floor = |k: &u32| mesh.corners(*k as usize).iter().all(|v| v.z == lower.z);
+        let (floor, rest): (Vec<u32>, Vec<u32>) = (0..mesh.triangles.len() as u32).partition(in_floor);
+        // Normals are told by corner.
+        let turns = if scene.surface == Surface::Smooth { Turns::Fixed } else { Turns::Free };
+        Ok(Self {
+            scene: *scene,
+            light,
+            lower,
+            aperture,
+            rectangle: rectangle(mesh, &floor),
+            floor: Facets::new(mesh, &floor, turns, reach),
+            rest: Facets::new(mesh, &rest, turns, reach),
+            shades: mesh.normals.clone().filter(|_| scene.surface == Surface::Smooth),
+            gate: Gate::new(mesh),
+        })
     }
 
     pub(super) fn aperture(&self) -> (DVec2, DVec2) {
@@ -88,8 +109,16 @@ impl SolidTracer {
     fn first_leg(&self, start: DVec2) -> Leg {
         // A little before the aperture, so that a face in its plane is met.
         let origin = start.extend(self.lower.z) - self.light;
-        let ray = SearchRay::new(origin, self.light);
-        Leg { ray, medium: Medium::Outside, power: 1.0, interfaces: 0, reflections: 0, partial: false, from: None }
+        Leg {
+            origin,
+            direction: self.light,
+            medium: Medium::Outside,
+            power: 1.0,
+            interfaces: 0,
+            reflections: 0,
+            partial: false,
+            from: None,
+        }
     }
 
     pub(super) fn path(&self, start: DVec2) -> Path {
@@ -107,6 +136,10 @@ impl SolidTracer {
     }
 
     pub(super) fn all_paths(&self, start: DVec2, mut sink: impl FnMut(End, f64)) {
+        if self.scene.fresnel == Fresnel::Off {
+            let path = self.path(start);
+            return sink(path.end, path.transmittance);
+        }
         let mut waiting = [None; MOST_INTERFACES as usize + 1];
         let mut depth = 0;
         let mut current = Some(self.first_leg(start));
@@ -133,7 +166,11 @@ impl SolidTracer {
     }
 
     /// Follows one leg to the next interface, or to its end.
+    #[inline]
     fn follow(&self, leg: &Leg) -> Next {
+        if leg.medium == Medium::Outside && leg.interfaces > 0 && self.gate.lets_pass(leg.origin, leg.direction) {
+            return Next::Ended(self.land(leg));
+        }
         let (leg, found) = match self.search(leg) {
             None if leg.medium == Medium::Glass => {
                 let nudged = self.nudged(leg);
@@ -141,22 +178,22 @@ impl SolidTracer {
             }
             found => (*leg, found),
         };
-        let Some((triangle, crossing)) = found else {
+        let Some(Found { triangle, place, crossing }) = found else {
             return Next::Ended(match leg.medium {
                 Medium::Glass => End::Lost,
                 Medium::Outside if leg.interfaces == 0 => End::Beside,
-                Medium::Outside => self.land(&leg.ray),
+                Medium::Outside => self.land(&leg),
             });
         };
         if leg.interfaces >= MOST_INTERFACES {
             return Next::Ended(if leg.reflections > 0 { End::TotallyReflected } else { End::Side });
         }
-        let direction = leg.ray.direction;
-        let [a, b, c] = self.mesh.corners(triangle);
+        let direction = leg.direction;
+        let [a, b, c] = self.corners(place);
         let facet = (b - a).cross(c - a).normalize();
         // Towards where the light goes.
         let onwards = if crossing.outwards { 1.0 } else { -1.0 };
-        let mut normal = onwards * self.shading(triangle, facet, crossing.weights);
+        let mut normal = onwards * self.shading(triangle as usize, facet, crossing.weights);
         if normal.dot(direction) <= 0.0 {
             normal = onwards * facet;
         }
@@ -164,15 +201,16 @@ impl SolidTracer {
             Medium::Outside => (1.0 / self.scene.ior, Medium::Glass),
             Medium::Glass => (self.scene.ior, Medium::Outside),
         };
-        let point = leg.ray.at(crossing.t);
+        let point = leg.origin + crossing.t * direction;
         let on = |direction: DVec3, medium, power, reflections| Leg {
-            ray: SearchRay::new(point, direction),
+            origin: point,
+            direction,
             medium,
             power,
             interfaces: leg.interfaces + 1,
             reflections,
             partial: leg.partial,
-            from: Some(triangle as u32),
+            from: Some(place),
         };
         // An interpolated normal may send a grazing ray through the facet: then the facet itself reflects.
         let mirrored = || {
@@ -201,49 +239,75 @@ impl SolidTracer {
         }
     }
 
-    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded, and may come to lie
-    /// outside, from where no triangle is left to be met.
-    fn nudged(&self, leg: &Leg) -> Leg {
-        let Some(triangle) = leg.from else { return *leg };
-        let [a, b, c] = self.mesh.corners(triangle as usize);
-        let inwards = (a + b + c) / 3.0 - leg.ray.origin;
-        let normal = (b - a).cross(c - a);
-        let step = NUDGE_MM * (inwards.normalize_or_zero() - normal.normalize_or_zero());
-        Leg { ray: SearchRay::new(leg.ray.origin + step, leg.ray.direction), ..*leg }
-    }
-
     /// The nearest triangle that faces the way the medium demands. Orientation, not distance, tells the interface just
     /// passed from the next one, so a step through a crease cannot be skipped or taken twice.
-    fn search(&self, leg: &Leg) -> Option<(usize, Crossing)> {
+    #[inline]
+    fn search(&self, leg: &Leg) -> Option<Found> {
         let leaves = leg.medium == Medium::Glass;
         // At a convex edge a ray in the glass may leave where it entered. A ray outside may not enter where it left: it
         // only touches the other face of that edge.
         let least_t = if leaves { -1e-9 } else { 1e-9 };
-        let mut nearest: Option<(u32, Crossing)> = None;
-        self.accelerator.visit(&leg.ray, |k| {
-            let sheared = self.mesh.corners(k as usize).map(|p| leg.ray.sheared(p));
-            let crossing = crossing(sheared).filter(|c| c.outwards == leaves && c.t > least_t)?;
-            if nearest.is_none_or(|(n, c)| (crossing.t, k) < (c.t, n)) {
-                nearest = Some((k, crossing));
+        if leg.interfaces == 0
+            && let Some(found) = self.enter_rectangle(leg)
+        {
+            return Some(found);
+        }
+        let ray = SearchRay::new(leg.origin, leg.direction);
+        let above = leg.direction.z > 0.0 && leg.origin.z >= self.lower.z;
+        let mut found = None;
+        if !above {
+            found = self.floor.nearest(&ray, leaves, least_t, found, Place::Floor);
+            if found.is_some() && leg.interfaces == 0 {
+                return found; // Nothing lies before the lowest plane.
             }
-            Some(crossing.t)
-        });
-        nearest.map(|(k, crossing)| (k as usize, crossing))
+        }
+        self.rest.nearest(&ray, leaves, least_t, found, Place::Rest)
     }
 
-    fn shading(&self, triangle: usize, facet: DVec3, weights: DVec3) -> DVec3 {
-        match (&self.mesh.normals, self.scene.surface) {
-            (Some(normals), Surface::Smooth) => {
-                let [a, b, c] = normals.corners[triangle].map(|n| normals.directions[n as usize]);
-                let blended = weights.x * a + weights.y * b + weights.z * c;
-                blended.try_normalize().filter(|n| n.dot(facet) > 0.0).unwrap_or(facet)
-            }
-            _ => facet,
+    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded, and may come to lie
+    /// outside, from where no triangle is left to be met.
+    #[cold]
+    fn nudged(&self, leg: &Leg) -> Leg {
+        let Some(place) = leg.from else { return *leg };
+        let [a, b, c] = self.corners(place);
+        let inwards = (a + b + c) / 3.0 - leg.origin;
+        let normal = (b - a).cross(c - a);
+        let step = NUDGE_MM * (inwards.normalize_or_zero() - normal.normalize_or_zero());
+        Leg { origin: leg.origin + step, ..*leg }
+    }
+
+    #[inline]
+    fn corners(&self, place: Place) -> [DVec3; 3] {
+        match place {
+            Place::Rectangle => self.rectangle.unwrap_or_default(),
+            Place::Floor(at) => self.floor.triangle(at),
+            Place::Rest(at) => self.rest.triangle(at),
         }
     }
 
-    fn land(&self, ray: &SearchRay) -> End {
-        let t = (self.scene.distance_mm - ray.origin.z) / ray.direction.z;
-        if ray.direction.z > 0.0 && t.is_finite() { End::Receiver(ray.at(t).truncate()) } else { End::Side }
+    /// Where light first meets a floor that needs no search.
+    #[inline]
+    fn enter_rectangle(&self, leg: &Leg) -> Option<Found> {
+        let corners = self.rectangle.filter(|_| self.shades.is_none())?;
+        let t = (corners[0].z - leg.origin.z) / leg.direction.z;
+        let at = (leg.origin + t * leg.direction).truncate();
+        let within = at.cmpge(corners[0].truncate()).all() && at.cmple(corners[2].truncate()).all();
+        within.then(|| {
+            let crossing = Crossing { t, weights: DVec3::splat(1.0 / 3.0), outwards: false };
+            Found { triangle: 0, place: Place::Rectangle, crossing }
+        })
+    }
+
+    fn shading(&self, triangle: usize, facet: DVec3, weights: DVec3) -> DVec3 {
+        let Some(normals) = &self.shades else { return facet };
+        let [a, b, c] = normals.corners[triangle].map(|n| normals.directions[n as usize]);
+        let blended = weights.x * a + weights.y * b + weights.z * c;
+        blended.try_normalize().filter(|n| n.dot(facet) > 0.0).unwrap_or(facet)
+    }
+
+    fn land(&self, leg: &Leg) -> End {
+        let (origin, d) = (leg.origin, leg.direction);
+        let t = (self.scene.distance_mm - origin.z) / d.z;
+        if d.z > 0.0 && t.is_finite() { End::Receiver((origin + t * d).truncate()) } else { End::Side }
     }
 }

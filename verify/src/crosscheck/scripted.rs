@@ -1,0 +1,85 @@
+//! Scenes for renderers that are driven by a script in Python, and their pictures.
+
+use super::{
+    Study,
+    job::{Code, CrosscheckError, Job},
+    shaded::ShadedMesh,
+};
+use glam::{DVec2, Vec3};
+use std::path::Path;
+
+/// A renderer's script, in parts; the numbers of the bench are written before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Script {
+    pub(super) common: &'static str,
+    pub(super) map: &'static str,
+    pub(super) image: &'static str,
+    /// Samples per pixel of image mode.
+    pub(super) samples: u32,
+}
+
+/// Writes the mesh, and the script with the bench at its head.
+pub(super) fn write(script: &Script, job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
+    let vectors = |name: &str, vectors: &[Vec3]| {
+        job.write(name, |out| vectors.iter().flat_map(Vec3::to_array).try_for_each(|v| out.write_all(&v.to_le_bytes())))
+    };
+    vectors("positions.f32", &shaded.positions)?;
+    vectors("normals.f32", &shaded.normals)?;
+    job.write("triangles.u32", |out| {
+        shaded.triangles.iter().flatten().try_for_each(|v| out.write_all(&v.to_le_bytes()))
+    })?;
+    let (name, body) = match job.code {
+        Code::Landings(_) => ("map.py", script.map),
+        Code::Irradiance { .. } => ("image.py", script.image),
+    };
+    job.write(name, |out| {
+        writeln!(out, "# Millimetres; light travels +z. To render it, in this folder:")?;
+        for command in job.commands() {
+            writeln!(out, "#   {command}")?;
+        }
+        let (block, scene) = (study.block, &study.scene);
+        let window = &scene.window;
+        let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
+        let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
+        writeln!(out, "PIXELS = ({}, {})", job.pixels.0, job.pixels.1)?;
+        writeln!(out, "INDEX = {}", scene.ior)?;
+        writeln!(out, "DISTANCE = {}", scene.distance_mm)?;
+        writeln!(out, "ENTRY_Z = {}", block.entry_z)?;
+        writeln!(out, "TOP_Z = {}", block.height_range_mm().1)?;
+        writeln!(out, "REACH = {}", 3.0 * reach.max_element())?;
+        let mut pair = |name: &str, v: DVec2| writeln!(out, "{name} = ({}, {})", v.x, v.y);
+        pair("BLOCK_FROM", block.lower)?;
+        pair("BLOCK_TO", block.upper)?;
+        match job.code {
+            Code::Landings([from, to]) => {
+                pair("LANDED_FROM", from)?;
+                pair("LANDED_TO", to)?;
+            }
+            Code::Irradiance { .. } => {
+                pair("WINDOW_FROM", corners[0])?;
+                pair("WINDOW_TO", corners[1])?;
+                writeln!(out, "SAMPLES = {}", script.samples)?;
+            }
+        }
+        writeln!(out, "\n{}\n\n{body}", script.common)
+    })
+}
+
+/// Pixels of a 32-bit OpenEXR.
+#[allow(clippy::type_complexity)]
+pub(super) fn read(path: &Path) -> Result<((usize, usize), Vec<[f32; 3]>), String> {
+    use exr::prelude::{ReadChannels, ReadLayers, read};
+    let picture = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .rgb_channels(
+            |size: exr::prelude::Vec2<usize>, _| (size, vec![[0f32; 3]; size.area()]),
+            |(size, pixels), at, (r, g, b): (f32, f32, f32)| pixels[at.y() * size.x() + at.x()] = [r, g, b],
+        )
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| error.to_string())?;
+    let (size, pixels) = picture.layer_data.channel_data.pixels;
+    Ok(((size.x(), size.y()), pixels))
+}
