@@ -101,6 +101,7 @@ fn glyph(character: char) -> (Vec<Vec<DVec2>>, f64) {
         ',' => "-12 01",
         ':' => "-02 02|-05 05",
         '-' => "-05 35",
+        '+' => "-05 45|-27 23",
         '/' => "-02 48",
         '×' => "-03 36|-06 33",
         '(' => "-28 06 04 22",
@@ -171,7 +172,7 @@ mod tests {
 
     #[test]
     fn letters_stay_within_their_width_and_darken_the_paper() {
-        for character in "0123456789.-,:/×()=%'abcdefghijklmnopqrstuvwxyz".chars() {
+        for character in "0123456789.-+,:/×()=%'abcdefghijklmnopqrstuvwxyz".chars() {
             let (curves, width) = glyph(character);
             let on_grid = |p: &DVec2| (0.0..=width).contains(&p.x) && (0.0..=8.0).contains(&p.y);
             assert!(curves.iter().flatten().all(on_grid), "{character}");
