@@ -20,6 +20,7 @@
 
 pub mod bench;
 pub mod export;
+pub mod fabricate;
 pub mod forward;
 pub mod grid;
 pub mod materials;

@@ -3,6 +3,7 @@
 use super::{
     budget::{self, Judged, Step},
     error::Failure,
+    finish::Finished,
     judge::{self, Examiner, Judgement, Place},
     plan::Plan,
     progress::TerminalProgress,
@@ -72,11 +73,15 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
         budget::print(&opinion.steps, plan.bench.distance_mm());
+        opinion.finished.iter().for_each(Finished::print);
     }
     for warning in &block.summary.warnings {
         eprintln!("warning: {warning}");
     }
-    opinion.map_or(Ok(()), |opinion| opinion.judgement.demand(args.max_error))
+    opinion.map_or(Ok(()), |opinion| match &opinion.finished {
+        Some(finished) => finished.demand(args.max_error),
+        None => opinion.judgement.demand(args.max_error),
+    })
 }
 
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
@@ -163,6 +168,7 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Vec<St
                 transfer: plan.transfer,
                 solid: &block.solid,
                 height_map: &height_map,
+                done: None,
                 outputs,
             },
         )?;
@@ -212,6 +218,8 @@ struct Opinion {
     judgement: Judgement,
     steps: Vec<Step>,
     wanted: Image,
+    /// The light after the finish that it was designed for.
+    finished: Option<Finished>,
 }
 
 impl Opinion {
@@ -233,7 +241,9 @@ impl Opinion {
         let ((first, judgement), others) = (first?, others?);
         let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
-        Ok(Self { judgement, steps, wanted })
+        let finish = plan.settings.finish;
+        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
+        Ok(Self { judgement, steps, wanted, finished })
     }
 
     /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
@@ -251,11 +261,16 @@ impl Opinion {
             ("contours", report::isocontours(&block.surface, 1000)),
             ("drawing", report::dimensioned_drawing(&block.solid, plan.bench.distance_mm())),
         ];
+        let finished = self.finished.iter().map(|finished| {
+            let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
+            ("finished", report::panel(&target, &judge::field_of(&finished.view.image), exposure, &note))
+        });
         pictures
-            .iter()
+            .into_iter()
+            .chain(finished)
             .map(|(kind, picture)| {
                 let path = output.with_extension(format!("{kind}.png"));
-                report::write_png(&path, picture).map_err(Failure::writing)?;
+                report::write_png(&path, &picture).map_err(Failure::writing)?;
                 Ok(path)
             })
             .collect()

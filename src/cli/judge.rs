@@ -174,7 +174,12 @@ impl Examiner {
     /// The light that comes through the subject, without noise.
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
         let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
-        let (nx, ny) = self.beams();
+        let (mut nx, mut ny) = self.beams();
+        if let Subject::Block(block) = subject {
+            // What is finer than pixels, such as the scallops of a cutter, still bends the light.
+            let (columns, rows) = block.nodes();
+            (nx, ny) = (nx.max(columns - 1), ny.max(rows - 1));
+        }
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
             (Subject::Block(_), _) => beams(&tracer, nx, ny),

@@ -1,19 +1,25 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
 mod budget;
+mod check;
 mod crosscheck;
+mod cutters;
 mod design;
 mod diagnosis;
 mod error;
+mod finish;
 mod judge;
 mod length;
+mod mill;
 mod plan;
 mod progress;
 mod settings;
 mod shards;
 mod side_file;
 mod sweep;
+mod tolerance;
 mod verify;
+mod workpiece;
 
 use clap::{Parser, Subcommand};
 use error::Failure;
@@ -27,6 +33,8 @@ Examples:
   glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
   glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
   glasswarp crosscheck block.stl --with povray
+  glasswarp check block.stl --cutter ball:3mm --step-over 0.1mm --tolerance -o check.png
+  glasswarp mill block.stl --cutter ball:3mm --step-over 0.1mm --polish 0.05mm -o milled.stl
 
 Lengths take mm, cm, m or in; a bare number is mm.
 Exit codes: 0 fine, 1 file or internal error, 2 refused: senseless or against physics,
@@ -46,6 +54,10 @@ enum Command {
     Design(design::DesignArgs),
     /// Trace light through an exported block and judge the picture that it draws
     Verify(verify::VerifyArgs),
+    /// Say whether a block can be made: hollows and slopes for a cutter, thickness, scallops; and what tolerances do to its picture
+    Check(check::CheckArgs),
+    /// Mill a block row by row and polish it, in simulation, and judge the picture after every step
+    Mill(mill::MillArgs),
     /// Show an exported block to an independent renderer, and compare what both see
     Crosscheck(crosscheck::CrosscheckArgs),
     /// List the materials known by name, with their refractive indices
@@ -67,6 +79,8 @@ pub(crate) fn run() -> ExitCode {
     let done = match cli.command {
         Command::Design(args) => design::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Check(args) => check::run(&args),
+        Command::Mill(args) => mill::run(&args),
         Command::Crosscheck(args) => crosscheck::run(&args),
         Command::Materials => materials(),
     };

@@ -90,10 +90,10 @@ impl Plan {
 
     /// The solver that was chosen, with its options.
     fn solver(&self) -> Result<Box<dyn Solver>, Failure> {
-        let Settings { quality, min_radius, .. } = self.settings;
-        if self.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some()) {
+        let Settings { quality, min_radius, finish, .. } = self.settings;
+        if self.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some() || finish.is_some()) {
             return Err(Failure::Usage(format!(
-                "--quality and --min-radius are options of the transport solver; the {} solver has none",
+                "--quality, --min-radius and --finish are options of the transport solver; the {} solver has none",
                 name_of(self.solver)
             )));
         }
@@ -105,7 +105,11 @@ impl Plan {
                         QualityName::Normal => Quality::Normal,
                         QualityName::Fine => Quality::Fine,
                     },
-                    min_radius_mm: min_radius.map(|length| length.mm),
+                    finish: finish.and_then(|finish| finish.polish),
+                    // A face without sharper hollows is what the cutter leaves of it.
+                    min_radius_mm: min_radius
+                        .map(|length| length.mm)
+                        .or(finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm())),
                     ..Options::default()
                 };
                 options.validate().map_err(Failure::refused)?;

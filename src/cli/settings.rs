@@ -1,4 +1,4 @@
-use super::{error::Failure, length::Length};
+use super::{error::Failure, finish::FinishPlan, length::Length};
 use clap::{Args, ValueEnum};
 use glasswarp::{solid::Origin, target::Transfer};
 use serde::Deserialize;
@@ -86,6 +86,12 @@ pub(crate) struct Settings {
     /// Bound the curvature of the face for a cutter of this radius, at some cost in accuracy (transport solver)
     #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true)]
     pub(crate) min_radius: Option<Length>,
+
+    /// Make the face such that the light is right after it has been finished: polish=0.1mm is a polish that blurs heights with
+    /// this standard deviation; also polish=0.1mm,cutter=ball:3mm,step-over=0.1mm, and gain=6 limits how much any wave is
+    /// amplified for it (transport solver)
+    #[arg(long, value_name = "FINISH", help_heading = "Solver")]
+    pub(crate) finish: Option<FinishPlan>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
@@ -237,6 +243,7 @@ impl Settings {
             solver: self.solver.or(other.solver),
             quality: self.quality.or(other.quality),
             min_radius: self.min_radius.or(other.min_radius),
+            finish: self.finish.or(other.finish),
         }
     }
 }

@@ -53,6 +53,14 @@ pub(crate) struct SideFile {
     pub(crate) frame: FrameRecord,
     #[serde(default)]
     pub(crate) files: BTreeMap<String, String>,
+    /// What has been done to the block since it was designed.
+    pub(crate) work: Option<WorkRecord>,
+}
+
+/// What has been done to a block in simulation.
+#[derive(Clone, Debug, Deserialize)]
+pub(crate) struct WorkRecord {
+    pub(crate) done: String,
 }
 
 /// Which picture it was.
@@ -143,6 +151,8 @@ pub(crate) struct Record<'a> {
     pub(crate) transfer: TransferName,
     pub(crate) solid: &'a Solid,
     pub(crate) height_map: &'a HeightMap,
+    /// What has been done to the block since it was designed.
+    pub(crate) done: Option<&'a str>,
     /// Outputs that share this side file.
     pub(crate) outputs: &'a [&'a Path],
 }
@@ -161,8 +171,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
     };
     line(format_args!("# Written by glasswarp {}. All lengths are millimetres.", env!("CARGO_PKG_VERSION")))?;
+    let which = if record.done.is_some() { "the block before [work]" } else { "this block" };
     line(format_args!(
-        "# `glasswarp design {0}` makes this block again, `glasswarp verify` reads its bench from here.",
+        "# `glasswarp design {}` makes {which} again, `glasswarp verify` reads its bench from here.",
         file_name(path)
     ))?;
     line(format_args!("\n[design]"))?;
@@ -208,6 +219,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(radius) = settings.min_radius {
         line(format_args!("min-radius = \"{}mm\"", radius.mm))?;
     }
+    if let Some(finish) = settings.finish {
+        line(format_args!("finish = {}", quoted(&finish.to_string())))?;
+    }
     line(format_args!("\n[bench]"))?;
     line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
     line(format_args!("ior = {:?}", bench.ior))?;
@@ -227,6 +241,10 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
     line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;
     frame(&mut line, record.solid)?;
+    if let Some(done) = record.done {
+        line(format_args!("\n[work]"))?;
+        line(format_args!("done = {}", quoted(done)))?;
+    }
     line(format_args!("\n[picture]"))?;
     line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
     line(format_args!("\n[files] # sha256"))?;

@@ -3,6 +3,7 @@
 use super::{
     budget, diagnosis,
     error::Failure,
+    finish::Finished,
     judge::{self, Examiner, Judgement, Place, Subject},
     length::Length,
     plan::open_picture,
@@ -235,13 +236,20 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     );
     judgement.print();
     budget::print(&steps, place.distance_mm);
+    // A block that has not been finished yet is judged as it will be.
+    let finish = side.as_ref().filter(|side| side.work.is_none()).and_then(|side| side.design.finish);
+    let finished = finish
+        .filter(|_| examiner.wanted().is_some())
+        .map(|finish| Finished::of(finish, &subject, &examiner))
+        .transpose()?;
+    finished.iter().for_each(Finished::print);
     // White is the brightest target, as on the wall.
     let brightest = examiner.wanted().unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
         IrradianceFile::of(output)?.write(output, &judgement.caustic, peak)?;
     }
-    judgement.demand(args.max_error)
+    finished.map_or_else(|| judgement.demand(args.max_error), |finished| finished.demand(args.max_error))
 }
 
 fn no_side_file(block: &Path) -> Failure {

@@ -2,6 +2,7 @@
 //! bench to bench.
 
 mod budget;
+mod contact;
 mod curves;
 mod drawing;
 mod ink;
@@ -10,6 +11,7 @@ mod pictures;
 mod sheet;
 
 pub use budget::{BudgetStep, budget_sheet};
+pub use contact::{Captioned, contact_sheet, map};
 pub use curves::{Curve, curves};
 pub use drawing::dimensioned_drawing;
 pub use isocontours::{contour_interval_mm, isocontours};

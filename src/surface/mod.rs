@@ -3,10 +3,12 @@
 mod axis;
 mod integrate;
 mod net;
+mod polish;
 mod spline;
 
 pub use integrate::{EdgeRule, heights_of_slopes, least_squares, least_squares_by_conjugate_gradients};
 pub use net::{ControlNet, DEGREE, FitError};
+pub use polish::{Polish, PolishError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Extent, Field};
@@ -38,6 +40,18 @@ impl HeightField {
     /// Node heights, mm.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
+    }
+
+    /// The same face on another number of nodes: the spline through its own, sampled.
+    pub fn resampled(&self, nx: usize, ny: usize) -> Self {
+        let spline = SurfaceSpline::through(self);
+        let lattice = spline.lattice(nx, ny);
+        let mut data = vec![0.0; nx * ny];
+        let mut scratch = Vec::new();
+        for (j, row) in data.chunks_mut(nx).enumerate() {
+            lattice.row(j, &mut scratch, |i, height, _| row[i] = height);
+        }
+        Self::new(self.extent, Field::from_vec(nx, ny, data))
     }
 
     /// Peak to valley, mm.

@@ -1,5 +1,7 @@
 //! What a caller may choose.
 
+use crate::surface::Polish;
+
 /// How much work a solution is worth. Times are those of a 512 pixel photograph on two cores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
@@ -34,6 +36,8 @@ pub struct Options {
     pub rounds: Option<usize>,
     /// The least light that a black part of the picture gets.
     pub floor: BlackFloor,
+    /// The polish that follows the cutting: the face is made such that its light is right after it.
+    pub finish: Option<Polish>,
     /// The manufacturable variant: no beam folded, and no radius of curvature below this, mm. What that costs in accuracy
     /// is stated among the warnings.
     pub min_radius_mm: Option<f64>,

@@ -88,7 +88,15 @@ pub(super) fn close(
             }
             return Err(SolveError::ReachesReceiver { height_mm: highest, distance_mm: bench.distance_mm() });
         }
-        let look = |surface: &HeightField| look(surface, bench, options.beams(), (cells.nx(), cells.ny()));
+        // What is cut is sharper than what shines; the loop makes up for the waves that are given up.
+        let surface = match options.finish {
+            Some(polish) => polish.presharpened(&surface),
+            None => surface,
+        };
+        let look = |surface: &HeightField| {
+            let finished = options.finish.map(|polish| polish.polished(surface));
+            look(finished.as_ref().unwrap_or(surface), bench, options.beams(), (cells.nx(), cells.ny()))
+        };
         let mut flaws = report::Flaws { missed: carried.missed, softened: None, unconverged: false };
         let (surface, seen) = match options.min_radius_mm {
             None => {

@@ -116,10 +116,6 @@ impl Block {
         }
         let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
         let (diagonals, normals) = cells(mesh, &node_of, nx, ny)?;
-        let places = |n: usize, lo: f64, hi: f64| {
-            let place = |k: usize| k as f64 / (n - 1) as f64;
-            (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
-        };
         Ok(Self {
             lower,
             upper,
@@ -133,6 +129,64 @@ impl Block {
             normals,
             rim_z,
         })
+    }
+
+    /// A block of this size (mm, centred on the axis) whose exit face has `nx` by `ny` nodes at these heights (mm, row-major: rows along `+y`), and whose entry face
+    /// is at `entry_z_mm`: what [`from_mesh`](Self::from_mesh) makes of such a solid, without the mesh.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for fewer than 4 nodes along a side, another number of heights, or a height that is not above the entry face.
+    pub fn from_heights(
+        size_mm: DVec2,
+        entry_z_mm: f64,
+        (nx, ny): (usize, usize),
+        heights: Vec<f64>,
+    ) -> Result<Self, BlockError> {
+        let refused = |why: String| Err(BlockError::Grid { why });
+        if nx.min(ny) < crate::spline::Bicubic::LEAST_NODES || nx.checked_mul(ny) != Some(heights.len()) {
+            return refused(format!("{} heights on {nx} columns and {ny} rows", heights.len()));
+        }
+        if let Some(k) = heights.iter().position(|z| !(z.is_finite() && *z > entry_z_mm)) {
+            let z = heights[k];
+            return refused(format!(
+                "the height at column {}, row {} is {z} mm, not above the entry face at {entry_z_mm} mm",
+                k % nx,
+                k / nx
+            ));
+        }
+        let (lower, upper) = (-0.5 * size_mm, 0.5 * size_mm);
+        Ok(Self {
+            lower,
+            upper,
+            entry_z: entry_z_mm,
+            nx,
+            ny,
+            xs: places(nx, lower.x, upper.x),
+            ys: places(ny, lower.y, upper.y),
+            heights,
+            diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
+            normals: None,
+            rim_z: None,
+        })
+    }
+
+    /// The same block with these normals at its nodes, which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose normals
+    /// jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for another number of normals, or one that does not point out of the face.
+    pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Self, BlockError> {
+        if normals.len() != self.heights.len() {
+            return Err(BlockError::Grid { why: format!("{} normals at {} nodes", normals.len(), self.heights.len()) });
+        }
+        if let Some(k) = normals.iter().position(|n| n.z.is_nan() || n.z <= 0.0) {
+            let (i, j) = (k % self.nx, k / self.nx);
+            return Err(BlockError::Grid {
+                why: format!("the normal at column {i}, row {j} does not point out of the face"),
+            });
+        }
+        self.normals = Some(normals);
+        Ok(self)
     }
 
     /// Nodes of the exit face along x and y.
@@ -191,6 +245,12 @@ impl Block {
     pub(crate) fn lines(&self, i: usize, j: usize) -> ([f64; 2], [f64; 2]) {
         ([self.xs[i], self.xs[i + 1]], [self.ys[j], self.ys[j + 1]])
     }
+}
+
+/// Places of `n` grid lines from `lo` to `hi`. The ends are exact.
+fn places(n: usize, lo: f64, hi: f64) -> Vec<f64> {
+    let place = |k: usize| k as f64 / (n - 1) as f64;
+    (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
 }
 
 /// The vertices of an exit face and their lines.
@@ -360,4 +420,27 @@ fn cells(
     // A file whose normals cancel or point down has none that can be used.
     let normals = normals.filter(|n| n.iter().all(|v| v.z > 0.0));
     Ok((diagonals, normals))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn heights_make_a_block_or_are_refused_with_their_place() {
+        let size = DVec2::new(20.0, 10.0);
+        let block = Block::from_heights(size, -3.0, (5, 4), (0..20).map(f64::from).collect()).unwrap();
+        assert_eq!((block.nodes(), block.size_mm(), block.min_thickness_mm()), ((5, 4), size, 3.0));
+        assert_eq!(block.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
+        assert!(Block::from_heights(size, -3.0, (5, 4), vec![0.0; 19]).is_err());
+        assert!(Block::from_heights(size, -3.0, (3, 4), vec![0.0; 12]).is_err());
+        let mut sunken = vec![0.0; 20];
+        sunken[7] = -3.0;
+        let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();
+        assert!(error.contains("column 2, row 1"), "{error}");
+        assert!(block.clone().with_normals(vec![DVec3::Z; 20]).is_ok());
+        assert!(
+            block.clone().with_normals(vec![DVec3::Z; 19]).is_err() && block.with_normals(vec![DVec3::X; 20]).is_err()
+        );
+    }
 }

@@ -68,6 +68,9 @@ pub struct Scene {
     pub distance_mm: f64,
     /// Direction of the light before it meets the solid; need not be a unit vector.
     pub light: DVec3,
+    /// How the block is turned on the bench: a rotation vector, radians, about the centre of its mean exit plane (0, 0, 0). Light
+    /// and receiver stay where they are. Only for a [`Block`](crate::Block).
+    pub turned: DVec3,
     /// The part of the receiver that is looked at.
     pub window: Window,
     /// Partial reflection.
@@ -118,6 +121,7 @@ impl Scene {
             ior,
             distance_mm,
             light: DVec3::Z,
+            turned: DVec3::ZERO,
             window,
             fresnel: Fresnel::Off,
             surface: Surface::Spline,
@@ -143,6 +147,7 @@ impl Scene {
         within("the centre of the window along y (mm)", self.window.centre_mm.y, -1e9, 1e9)?;
         within("the number of pixels along x", self.window.nx as f64, 1.0, 32_768.0)?;
         within("the number of pixels along y", self.window.ny as f64, 1.0, 32_768.0)?;
+        within("the angle by which the block is turned (radians)", self.turned.length(), 0.0, 1.0)?;
         let unit = self.light.normalize_or_zero();
         if !(self.light.is_finite() && unit.z > 1e-3) {
             return Err(SceneError::Light(self.light));

@@ -9,7 +9,7 @@ use crate::{
     shading::node_normals,
     spline::Bicubic,
 };
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -27,6 +27,8 @@ pub(super) struct BlockTracer {
     geometry: Geometry,
     traversal: Traversal,
     face: Face,
+    /// From the frame of the block to that of the bench, where they differ.
+    turned: Option<DMat3>,
     /// Direction inside the glass, and what the entry face lets through.
     inside: DVec3,
     entry_transmittance: f64,
@@ -91,7 +93,12 @@ fn halves(diagonal: Diagonal) -> [Half; 2] {
 
 impl BlockTracer {
     pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        let Interface::Refracted(entered) = refract(scene.light.normalize(), DVec3::Z, 1.0 / scene.ior) else {
+        let turned = (scene.turned != DVec3::ZERO).then(|| DMat3::from_quat(DQuat::from_scaled_axis(scene.turned)));
+        let light = turned.map_or(scene.light, |turned| turned.transpose() * scene.light).normalize();
+        if light.z <= 1e-3 {
+            return Err(SceneError::Light(scene.light));
+        }
+        let Interface::Refracted(entered) = refract(light, DVec3::Z, 1.0 / scene.ior) else {
             return Err(SceneError::Light(scene.light));
         };
         let face = match scene.surface {
@@ -109,6 +116,7 @@ impl BlockTracer {
             geometry: scene.geometry,
             traversal: scene.traversal,
             face,
+            turned,
             inside: entered.direction,
             entry_transmittance: transmitted(scene.fresnel, &entered),
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
@@ -171,6 +179,10 @@ impl BlockTracer {
         if self.meets_the_rim(point, direction) {
             return ended(End::Side);
         }
+        let (point, direction) = self.turned.map_or((point, direction), |turned| (turned * point, turned * direction));
+        if direction.z <= 0.0 {
+            return ended(End::Side);
+        }
         let landing = point + direction * ((self.distance_mm - point.z) / direction.z);
         Path {
             end: End::Receiver(landing.truncate()),
@@ -184,7 +196,11 @@ impl BlockTracer {
     fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
-            return if self.is_below(point.truncate()) { Ok((point, self.normal_above(point.truncate()))) } else { Err(End::Side) };
+            return if self.is_below(point.truncate()) {
+                Ok((point, self.normal_above(point.truncate())))
+            } else {
+                Err(End::Side)
+            };
         }
         if let (Face::Spline(spline), Traversal::Grid) = (&self.face, self.traversal)
             && ray.direction.truncate() == DVec2::ZERO

@@ -67,6 +67,9 @@ impl Tracer {
     /// A bench that cannot be, a choice that only a block allows (spline, plane), or normals that the file has not.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         scene.validate(mesh.bounds().1.z)?;
+        if scene.turned != glam::DVec3::ZERO {
+            return Err(SceneError::Needs("only a block can be turned on the bench"));
+        }
         Ok(Self { scene: *scene, kind: Kind::Solid(Box::new(solid::SolidTracer::new(mesh, scene)?)) })
     }
 
@@ -103,6 +106,38 @@ impl Tracer {
                 sink(path.end, path.transmittance);
             }
             Kind::Solid(solid) => solid.all_paths(start_mm, sink),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Window;
+    use glam::DVec3;
+
+    #[test]
+    fn a_turned_plate_shifts_the_light_and_a_turned_prism_bends_it_by_snells_law() {
+        let (ior, distance, angle) = (1.5, 200.0, 0.03_f64);
+        let window = Window { size_mm: DVec2::splat(20.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
+        for slope in [0.0_f64, 0.1] {
+            let heights = (0..25).map(|k| slope * (f64::from(k % 5) * 5.0 - 10.0)).collect();
+            let block = Block::from_heights(DVec2::splat(20.0), -8.0, (5, 5), heights).unwrap();
+            let mut scene = Scene::new(ior, distance, window);
+            scene.turned = DVec3::new(0.0, angle, 0.0);
+            let tracer = Tracer::for_block(&block, &scene).unwrap();
+            let End::Receiver(landing) = tracer.path(DVec2::new(1.0, 2.0)).end else { panic!("no landing") };
+            // By hand, in the plane of x and z: the turn takes +z towards +x.
+            let inside = (angle.sin() / ior).asin(); // From the normal of the entry face, towards -x of the block.
+            // From the start on the entry face to the plane z = slope x of the exit face, in the block's frame.
+            let t = (8.0 + slope * 1.0) / (inside.cos() + slope * inside.sin());
+            let (x, z) = (1.0 - t * inside.sin(), t * inside.cos() - 8.0);
+            // The exit face's normal leans by the slope towards -x.
+            let tilt = slope.atan();
+            let leaves = (ior * (inside - tilt).sin()).asin() + tilt; // From z of the block towards -x.
+            let (bench_x, bench_z) = (x * angle.cos() + z * angle.sin(), z * angle.cos() - x * angle.sin());
+            let wanted = bench_x + (distance - bench_z) * (angle - leaves).tan();
+            assert!((landing.x - wanted).abs() < 1e-9 && (landing.y - 2.0).abs() < 1e-9, "{landing} for {wanted}");
         }
     }
 }

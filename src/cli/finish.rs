@@ -1,0 +1,166 @@
+//! What happens to a face after it was designed, as a person writes it.
+
+use super::{
+    error::Failure,
+    judge::{Examiner, Subject},
+    length::Length,
+    mill::mill,
+    workpiece::{View, look, look_at_scallops, surface_of},
+};
+use glasswarp::{
+    fabricate::{Cutter, Pass},
+    surface::Polish,
+};
+use serde::{Deserialize, Deserializer, de};
+use std::{fmt, str::FromStr};
+
+/// `polish=0.1mm`, or `polish=0.1mm,cutter=ball:3mm,step-over=0.1mm,gain=6`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FinishPlan {
+    pub(crate) polish: Option<Polish>,
+    pub(crate) cutter: Option<Cutter>,
+    pub(crate) step_over_mm: Option<f64>,
+}
+
+/// The light of a block after its finish.
+pub(crate) struct Finished {
+    plan: FinishPlan,
+    pub(crate) view: View,
+    /// Relative RMS errors after a polish a tenth weaker and a tenth stronger than planned.
+    off: Option<[f64; 2]>,
+}
+
+impl Finished {
+    /// Cuts the block as planned, if the rows are, and polishes it.
+    pub(crate) fn of(plan: FinishPlan, subject: &Subject, examiner: &Examiner) -> Result<Self, Failure> {
+        let Subject::Block(block) = subject else {
+            return Err(Failure::Usage("only a block can be finished".into()));
+        };
+        let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
+        let mut surface = surface_of(block);
+        let mut cut = None;
+        if let (Some(cutter), Some(step_over_mm)) = (plan.cutter, plan.step_over_mm) {
+            let milled = mill(&surface, &Pass::finishing(cutter, step_over_mm))?;
+            surface = milled.surface.clone();
+            cut = Some(milled);
+        }
+        let after = |polish: Polish| look(examiner, &polish.polished(&surface), entry_z_mm);
+        let (view, off) = match (plan.polish, cut) {
+            (Some(polish), _) => {
+                let other = |share: f64| -> Result<f64, Failure> {
+                    let polish = Polish::new(share * polish.sigma_mm()).map_err(Failure::refused)?;
+                    Ok(after(polish)?.metrics.rel_rms)
+                };
+                (after(polish)?, Some([other(0.9)?, other(1.1)?]))
+            }
+            (None, Some(milled)) => (look_at_scallops(examiner, &milled, entry_z_mm)?, None),
+            (None, None) => (look(examiner, &surface, entry_z_mm)?, None),
+        };
+        Ok(Self { plan, view, off })
+    }
+
+    /// Prints what the picture is then, and what it was designed to bear.
+    pub(crate) fn print(&self) {
+        println!("\nAfter the finish ({}), which it is designed for", self.plan);
+        println!("  relative RMS   {:.4}", self.view.metrics.rel_rms);
+        println!("  SSIM           {:.4}", self.view.metrics.ssim);
+        if let (Some(polish), Some([weaker, stronger])) = (self.plan.polish, self.off) {
+            println!("  if it is off   {weaker:.4} a tenth weaker, {stronger:.4} a tenth stronger");
+            println!(
+                "  noise limit    no wave is cut more than {} times as high as it shall be; those below {:.3} mm are given up",
+                polish.most_gain(),
+                polish.shortest_wave_mm()
+            );
+        }
+    }
+
+    /// Fails if the error exceeds a limit that the user set.
+    pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
+        let error = self.view.metrics.rel_rms;
+        match limit {
+            Some(limit) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
+                "the caustic's relative RMS error is {error:.4} after the finish, above the limit of {limit} (--max-error)"
+            ))),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl FromStr for FinishPlan {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut parts: Vec<String> = Vec::new();
+        for part in text.split(',') {
+            match parts.last_mut() {
+                // The second radius of a bull-nose cutter.
+                Some(last) if !part.contains('=') => *last += &format!(",{part}"),
+                _ => parts.push(part.to_owned()),
+            }
+        }
+        let mut plan = Self::default();
+        let (mut sigma, mut gain) = (None, None);
+        for part in &parts {
+            let known = "a finish is written polish=0.1mm, with cutter=ball:3mm, step-over=0.1mm and gain=6 if wanted";
+            let (name, value) = part.split_once('=').ok_or_else(|| format!("'{part}' names no value; {known}"))?;
+            match name.trim() {
+                "polish" => sigma = Some(value.parse::<Length>()?.mm),
+                "cutter" => plan.cutter = Some(value.parse::<Cutter>().map_err(|error| error.to_string())?),
+                "step-over" => plan.step_over_mm = Some(value.parse::<Length>()?.mm),
+                "gain" => gain = Some(value.trim().parse::<f64>().map_err(|_| format!("'{value}' is no number"))?),
+                other => return Err(format!("'{other}' is no part of a finish; {known}")),
+            }
+        }
+        if let Some(sigma) = sigma {
+            let mut polish = Polish::new(sigma).map_err(|error| error.to_string())?;
+            if let Some(gain) = gain {
+                polish = polish.with_gain(gain).map_err(|error| error.to_string())?;
+            }
+            plan.polish = Some(polish);
+        } else if gain.is_some() {
+            return Err("gain=... limits the inverse of a polish: name one, as in polish=0.1mm".into());
+        }
+        if plan.cutter.is_some_and(|cutter| cutter.corner_mm() == 0.0) {
+            return Err("a flat cutter leaves steps on every slope: nothing can be designed for it; take a ball or a bull-nose cutter".into());
+        }
+        if plan.step_over_mm.is_some() && plan.cutter.is_none() {
+            return Err("step-over=... needs a cutter, as in cutter=ball:3mm".into());
+        }
+        Ok(plan)
+    }
+}
+
+impl fmt::Display for FinishPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let polish = self.polish.map(|polish| format!("polish={}mm,gain={}", polish.sigma_mm(), polish.most_gain()));
+        let cutter = self.cutter.map(|cutter| format!("cutter={cutter}"));
+        let step_over = self.step_over_mm.map(|mm| format!("step-over={mm}mm"));
+        let parts: Vec<String> = [polish, cutter, step_over].into_iter().flatten().collect();
+        f.write_str(&parts.join(","))
+    }
+}
+
+impl<'de> Deserialize<'de> for FinishPlan {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finishes_are_read_as_they_are_written() {
+        for text in
+            ["polish=0.1mm,gain=6", "polish=0.05mm,gain=3,cutter=bull:6mm,1mm,step-over=0.1mm", "cutter=ball:3mm"]
+        {
+            assert_eq!(text.parse::<FinishPlan>().unwrap().to_string(), text);
+        }
+        for text in
+            ["", "polish", "polish=x", "polish=-1mm", "gain=6", "cutter=flat:3mm", "step-over=1mm", "varnish=1mm"]
+        {
+            assert!(text.parse::<FinishPlan>().is_err(), "{text} was taken");
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
+
+use super::{
+    cutters::{self, Wish},
+    error::Failure,
+    judge,
+    length::Length,
+    progress::TerminalProgress,
+    side_file::{self, BenchRecord},
+    workpiece::{View, Workpiece, look_at_scallops},
+};
+use glasswarp::{
+    bench::ExitFace,
+    export::{self, Design, ExportError, Format, HeightMap},
+    fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
+    report::{self, Captioned},
+    solid::{Solid, Stock},
+    solver::Progress,
+    surface::{HeightField, Polish},
+};
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+pub(crate) struct MillArgs {
+    /// The block: .stl, .obj, .glb or .ply, with its side file
+    block: PathBuf,
+
+    /// The side file with the bench [default: beside the block, with the extension .toml]
+    #[arg(long, value_name = "FILE")]
+    bench: Option<PathBuf>,
+
+    /// The cutter and its radii: ball:3mm, flat:6mm or bull:6mm,1mm [default: ball:3mm]
+    #[arg(long, value_name = "CUTTER", conflicts_with = "cutters")]
+    cutter: Option<Cutter>,
+
+    /// From row to row [default: 0.1mm]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with = "cutters")]
+    step_over: Option<Length>,
+
+    /// Direction of the rows: x, y or an angle such as 45deg
+    #[arg(long, value_name = "DIRECTION", default_value = "x", allow_hyphen_values = true)]
+    direction: Direction,
+
+    /// What the pass leaves on the face, along its normal: 0 for finishing, the allowance for finishing of a roughing pass
+    #[arg(long, value_name = "LENGTH", default_value = "0mm", allow_hyphen_values = true)]
+    allowance: Length,
+
+    /// Polish the milled face: the standard deviation of the Gaussian that blurs its heights
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
+    polish: Option<Length>,
+
+    /// Feed of the cutter, per minute: gives the time
+    #[arg(long, value_name = "LENGTH", default_value = "2000mm", allow_hyphen_values = true)]
+    feed: Length,
+
+    /// Find the cheapest cutter and step-over of a list (TOML) that keep to --want-error
+    #[arg(long, value_name = "FILE", requires = "want_error", help_heading = "Choosing a cutter")]
+    cutters: Option<PathBuf>,
+
+    /// The relative RMS error of the picture that is wanted, after milling and polishing
+    #[arg(long, value_name = "ERROR", requires = "cutters", help_heading = "Choosing a cutter")]
+    want_error: Option<f64>,
+
+    /// Pixels across at which to judge, at most the picture's own
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
+    pixels: u32,
+
+    /// Write the block as it is in the end (.stl, .obj, .glb), or the pictures of all steps (.png). May be given several times
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+
+    /// Fail (exit code 3) if the relative RMS error of the picture exceeds this in the end
+    #[arg(long, value_name = "ERROR")]
+    max_error: Option<f64>,
+}
+
+/// A step of the work, and the light after it.
+struct Step {
+    name: String,
+    surface: HeightField,
+    view: View,
+}
+
+pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
+    for output in &args.output {
+        if !is_picture(output) {
+            Format::from_path(output).map_err(Failure::refused)?;
+            side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
+        }
+        export::probe(output).map_err(Failure::writing)?;
+    }
+    let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
+    if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
+        return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
+    }
+    let piece = Workpiece::open(&args.block, args.bench.as_deref(), args.pixels as usize)?;
+    let pass = match (&args.cutters, args.want_error) {
+        (Some(list), Some(error)) => {
+            let wish = Wish { error, direction: args.direction, allowance_mm: args.allowance.mm, polish };
+            cutters::cheapest(list, &piece, &wish)?
+        }
+        _ => Pass {
+            cutter: args.cutter.map_or_else(|| Cutter::ball(3.0).map_err(Failure::refused), Ok)?,
+            step_over_mm: args.step_over.map_or(0.1, |length| length.mm),
+            direction: args.direction,
+            allowance_mm: args.allowance.mm,
+        },
+    };
+    pass.check(piece.surface.extent()).map_err(Failure::refused)?;
+    let steps = work(&piece, &pass, polish)?;
+    print(args, &piece, &pass, &steps);
+    for output in &args.output {
+        if is_picture(output) {
+            report::write_png(output, &sheet(&piece, &steps)).map_err(Failure::writing)?;
+        } else {
+            write_block(args, &piece, &pass, polish, &steps[steps.len() - 1], output)?;
+        }
+    }
+    let error = steps[steps.len() - 1].view.metrics.rel_rms;
+    match args.max_error {
+        Some(limit) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
+            "the relative RMS error is {error:.4} in the end, above the limit of {limit} (--max-error)"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn is_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+}
+
+fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<Step>, Failure> {
+    let progress = TerminalProgress::new();
+    progress.begin("milling and tracing", 2 + 2 * usize::from(polish.is_some()));
+    let step = |name: &str, surface: HeightField| -> Result<Step, Failure> {
+        Ok(Step { name: name.into(), view: piece.look(&surface)?, surface })
+    };
+    let mut steps = vec![step("as designed", piece.surface.clone())?];
+    progress.advance(1);
+    let milled = mill(&piece.surface, pass)?;
+    let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
+    let view = look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?;
+    steps.push(Step { name, view, surface: milled.surface });
+    progress.advance(2);
+    if let Some(polish) = polish {
+        let name = format!("and polished, sigma {} mm", polish.sigma_mm());
+        let polished = polish.polished(&steps[1].surface);
+        steps.push(step(&name, polished)?);
+        progress.advance(3);
+        // The same polish without scallops tells what costs what.
+        steps.insert(
+            1,
+            step(&format!("polished alone, sigma {} mm", polish.sigma_mm()), polish.polished(&piece.surface))?,
+        );
+        progress.advance(4);
+    }
+    progress.finish();
+    Ok(steps)
+}
+
+/// The face that a pass leaves.
+pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
+    Rows::along(surface, *pass).and_then(|rows| rows.milled()).map_err(Failure::refused)
+}
+
+fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
+    let extent = piece.surface.extent();
+    println!(
+        "{}: {:.2} x {:.2} mm, index {}, receiver {} mm from the mean exit plane",
+        args.block.display(),
+        extent.width_mm,
+        extent.height_mm,
+        piece.place.ior,
+        piece.place.distance_mm
+    );
+    let cost = pass.cost(extent);
+    println!(
+        "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
+        cost.rows,
+        pass.direction,
+        1e-3 * cost.length_mm,
+        cost.minutes(args.feed.mm),
+        args.feed
+    );
+    if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
+        println!(
+            "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
+            1e3 * scallop.height_mm,
+            scallop.slope,
+            scallop.spread_mm(piece.place.ior, piece.place.distance_mm)
+        );
+    }
+    let (nx, ny) = piece.examiner.pixels();
+    println!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
+    for Step { name, surface, view } in steps {
+        let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
+        println!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
+    }
+}
+
+fn sheet(piece: &Workpiece, steps: &[Step]) -> image::GrayImage {
+    let captioned = |name: String, image: &glasswarp_verify::Image| Captioned {
+        caption: name,
+        picture: report::irradiance_picture(&judge::field_of(image), piece.exposure),
+    };
+    let mut pictures: Vec<Captioned> =
+        piece.examiner.wanted().into_iter().map(|wanted| captioned("target".into(), wanted)).collect();
+    for step in steps {
+        let caption = format!("{}: {:.4}, ssim {:.4}", step.name, step.view.metrics.rel_rms, step.view.metrics.ssim);
+        pictures.push(captioned(caption, &step.view.image));
+    }
+    report::contact_sheet(&pictures, 3, 420)
+}
+
+/// A file of this many nodes has a gigabyte as STL.
+const MOST_FILE_NODES: usize = 10_000_000;
+
+/// Writes the block as it is in the end, on the nodes of the design where these hold it: after a polish that leaves nothing of the
+/// scallops.
+fn write_block(
+    args: &MillArgs,
+    piece: &Workpiece,
+    pass: &Pass,
+    polish: Option<Polish>,
+    last: &Step,
+    output: &Path,
+) -> Result<(), Failure> {
+    let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
+    let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
+    let surface = if smooth { last.surface.resampled(nx, ny) } else { last.surface.clone() };
+    let heights = surface.heights_mm();
+    let nodes = heights.nx() * heights.ny();
+    if nodes > MOST_FILE_NODES {
+        return Err(Failure::Usage(format!(
+            "a file with every scallop takes {nodes} nodes, more than {MOST_FILE_NODES}: take a larger step-over, or polish with at least --polish {}mm, after which the design's own nodes hold the face",
+            pass.step_over_mm
+        )));
+    }
+    // The entry face stays where it is.
+    let thickness_mm = heights.min_max().1 - piece.entry_z_mm;
+    let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
+    let solid = Solid::new(&surface, stock).map_err(Failure::refused)?;
+    let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let exit_face = ExitFace::Refracts { ior: piece.place.ior };
+    let design = Design { name: format!("{name} milled"), exit_face, distance_mm: piece.place.distance_mm };
+    export::export(output, &solid, &design).map_err(|error| match error {
+        ExportError::Write(error) => Failure::writing(error),
+        refused => Failure::refused(refused),
+    })?;
+    let bench = BenchRecord {
+        entry_z_mm: solid.entry_z_mm(),
+        relief_mm: surface.relief_mm(),
+        thinnest_mm: solid.thinnest_mm(),
+        ..piece.side.bench.clone()
+    };
+    let allowance = if pass.allowance_mm > 0.0 { format!(", leaving {} mm", pass.allowance_mm) } else { String::new() };
+    let polished = polish.map(|p| format!(", polished with sigma {} mm", p.sigma_mm())).unwrap_or_default();
+    let before = piece.side.work.as_ref().map(|work| format!("{}; ", work.done)).unwrap_or_default();
+    let done = format!(
+        "{before}milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
+        pass.cutter, pass.step_over_mm, pass.direction
+    );
+    let settings = &piece.side.design;
+    let record = side_file::Record {
+        picture: settings.picture.as_deref().unwrap_or(Path::new("")),
+        settings,
+        bench: &bench,
+        solver: settings.solver.unwrap_or_default(),
+        transfer: settings.transfer.unwrap_or(super::settings::TransferName::Srgb),
+        solid: &solid,
+        height_map: &HeightMap::of(&solid),
+        done: Some(&done),
+        outputs: &[output],
+    };
+    side_file::write(&side_file::path_beside(output), &record)
+}

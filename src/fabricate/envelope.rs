@@ -1,0 +1,456 @@
+//! What a cutter leaves that has been moved along all rows: the lower envelope of its sweeps.
+
+use super::{CutterShape, PassError, Rows, rows::Pass};
+use crate::{
+    grid::Field,
+    surface::{HeightField, SurfaceSpline},
+};
+use glam::DVec2;
+use rayon::prelude::*;
+
+/// Nodes of a milled face from one row to the next. Their slopes are linear in between, and they throw light as far as the scallops do
+/// but for a fifteenth at most. Not a whole number but the worst approximable one, so that in no region of the face all scallops are
+/// caught in the same phase: that would draw bands that are not there.
+pub const SAMPLES_PER_ROW: f64 = 7.618_034;
+
+/// Steps of Newton's iteration along a row.
+const STEPS: usize = 8;
+/// Positions of a row whose least tip is known, and rows whose least is.
+const STRETCH: usize = 16;
+const BAND: usize = 16;
+
+/// A milled face: heights, and the slopes that belong to them, which jump where two rows meet.
+#[derive(Clone, Debug)]
+pub struct Milled {
+    /// Heights on nodes fine enough for the scallops.
+    pub surface: HeightField,
+    /// Slopes at the same nodes, mm per mm: those of the cutter where it was last. No spline through the heights has them.
+    pub slopes: Field<DVec2>,
+}
+
+impl Rows<'_> {
+    /// The face that the pass leaves, on nodes fine enough for its scallops.
+    ///
+    /// # Errors
+    /// [`PassError::TooFine`] where these would be too many.
+    pub fn milled(&self) -> Result<Milled, PassError> {
+        let (nx, ny) = self.nodes();
+        if nx.saturating_mul(ny) > Pass::MOST_NODES {
+            return Err(PassError::TooFine { step_over_mm: self.pass.step_over_mm, nx, ny });
+        }
+        let (heights, slopes) = self.left(nx, ny);
+        Ok(Milled { surface: HeightField::new(self.surface.extent(), heights), slopes })
+    }
+
+    /// Nodes that resolve the scallops, and twice as many as the design has, between which slopes are nearly linear.
+    fn nodes(&self) -> (usize, usize) {
+        let along = |size: f64, across: f64, nodes: usize| {
+            let cells = size * SAMPLES_PER_ROW * across.abs() / self.pass.step_over_mm;
+            (2 * nodes - 1).max(1 + (cells - 1e-9).ceil().clamp(0.0, 1e9) as usize)
+        };
+        let (extent, heights) = (self.surface.extent(), self.surface.heights_mm());
+        (along(extent.width_mm, self.across.x, heights.nx()), along(extent.height_mm, self.across.y, heights.ny()))
+    }
+
+    /// Heights that the pass leaves at `nx` by `ny` nodes, mm, on the zero of the design, and slopes.
+    ///
+    /// At every node the least of `tip + profile` over all rows and all positions in them. For a ball that is a convex
+    /// problem as far as the face bulges less than the ball, solved from row to row and by Newton's iteration along
+    /// them; for other cutters all positions within reach are searched, with bounds over stretches of the rows, and the
+    /// best is improved between positions.
+    pub fn left(&self, nx: usize, ny: usize) -> (Field<f64>, Field<DVec2>) {
+        let extent = self.surface.extent();
+        let spline = SurfaceSpline::through(self.surface);
+        let lattice = spline.lattice(nx, ny);
+        let least = self.least_tips();
+        let sweep = Sweep { rows: self, bands: self.least_of_bands(&least), least };
+        // Cutters with their axes further inside touch the face and no edge of the block.
+        let steepest = spline.node_slopes().as_slice().iter().map(|slope| slope.length()).fold(0.0, f64::max);
+        let margin = 2.0 * self.pass.cutter.contact_mm(steepest) + self.pass.step_over_mm;
+        let (mut heights, mut slopes) = (vec![0.0; nx * ny], vec![DVec2::ZERO; nx * ny]);
+        let lines = heights.par_chunks_mut(nx).zip(slopes.par_chunks_mut(nx)).enumerate();
+        lines.for_each_init(Vec::new, |scratch, (j, (heights, slopes))| {
+            lattice.row(j, scratch, |i, _, slope| {
+                let at = extent.node(i, j, nx, ny);
+                // The axis of a cutter that touches the design here.
+                let axis = at - self.pass.cutter.contact_mm(slope.length()) * slope.normalize_or_zero();
+                let turned = |p: DVec2| DVec2::new(p.dot(self.along), p.dot(self.across));
+                let inside = (at.abs() + extent.lower()).max_element() < -margin;
+                let cut = sweep.cut(turned(at), turned(axis), inside);
+                let rise = sweep.slope(turned(at), &cut);
+                heights[i] = cut.height;
+                slopes[i] = rise.x * self.along + rise.y * self.across;
+            });
+        });
+        (Field::from_vec(nx, ny, heights), Field::from_vec(nx, ny, slopes))
+    }
+
+    /// The least tip on every stretch of every band of rows.
+    fn least_of_bands(&self, least: &[f64]) -> Vec<f64> {
+        let stretches = self.positions.div_ceil(STRETCH);
+        least
+            .chunks(BAND * stretches)
+            .flat_map(|band| {
+                (0..stretches)
+                    .map(|stretch| band[stretch..].iter().step_by(stretches).copied().fold(f64::INFINITY, f64::min))
+            })
+            .collect()
+    }
+
+    /// The least tip on every stretch of every row, its neighbours included.
+    fn least_tips(&self) -> Vec<f64> {
+        self.tips
+            .chunks(self.positions)
+            .flat_map(|row| {
+                (0..self.positions.div_ceil(STRETCH)).map(|stretch| {
+                    let end = ((stretch + 1) * STRETCH + 1).min(self.positions);
+                    row[stretch * STRETCH..end].iter().map(|tip| tip[0]).fold(f64::INFINITY, f64::min)
+                })
+            })
+            .collect()
+    }
+}
+
+struct Sweep<'a> {
+    rows: &'a Rows<'a>,
+    least: Vec<f64>,
+    bands: Vec<f64>,
+}
+
+/// Tip height, slope and second derivative along a row.
+struct Tip {
+    height: f64,
+    slope: f64,
+    bend: f64,
+}
+
+/// What is left at a place: by the cutter in which row, and where in it.
+#[derive(Clone, Copy)]
+struct Cut {
+    height: f64,
+    row: usize,
+    u: f64,
+}
+
+impl Sweep<'_> {
+    /// What is left at `at` (along and across the rows, mm), by cutters whose axes are likely near `axis`. `inside`
+    /// says that all cutters that reach here have their axes over the block.
+    fn cut(&self, at: DVec2, axis: DVec2, inside: bool) -> Cut {
+        let rows = self.rows;
+        let position = (axis.y - rows.first.y) / rows.pass.step_over_mm;
+        let row = (position.round().max(0.0) as usize).min(rows.count - 1);
+        let cutter = &rows.pass.cutter;
+        let ball = cutter.disc_mm() == 0.0;
+        if ball && inside {
+            return self.downhill(at, row, axis.x);
+        }
+        // The way of the tip falls off beside the block: no longer a convex problem.
+        let start = if ball { self.downhill(at, row, axis.x) } else { self.try_at(at, row, axis.x) };
+        let found = self.search(at, start);
+        let better = if ball { self.downhill(at, found.row, found.u) } else { found };
+        if better.height < found.height { better } else { found }
+    }
+
+    /// What the cutter leaves at `at` with its axis at a place in a row.
+    #[inline]
+    fn try_at(&self, at: DVec2, row: usize, u: f64) -> Cut {
+        let aside = self.aside(at, row);
+        let profile = self.rows.pass.cutter.profile_mm(DVec2::new(u - at.x, aside).length());
+        let tip = if profile.is_finite() { self.tip(row, u) } else { None };
+        Cut { height: tip.map_or(f64::INFINITY, |tip| tip.height + profile), row, u }
+    }
+
+    /// How far a row runs from `at`, mm.
+    #[inline]
+    fn aside(&self, at: DVec2, row: usize) -> f64 {
+        self.rows.first.y + row as f64 * self.rows.pass.step_over_mm - at.y
+    }
+
+    /// The slope at `at` of the cutter that was there last; 0 on the steps of a flat one.
+    fn slope(&self, at: DVec2, cut: &Cut) -> DVec2 {
+        let rows = self.rows;
+        let from_axis = at - DVec2::new(cut.u, rows.first.y + cut.row as f64 * rows.pass.step_over_mm);
+        if rows.pass.cutter.corner_mm() == 0.0 {
+            return DVec2::ZERO;
+        }
+        rows.pass.cutter.profile_slope(from_axis.length()) * from_axis.normalize_or_zero()
+    }
+
+    /// The least that a ball leaves at `at`, from row to row as long as it becomes less.
+    fn downhill(&self, at: DVec2, row: usize, u: f64) -> Cut {
+        let rows = self.rows;
+        let start = self.along_row(row, at, u);
+        let mut best = start;
+        for forwards in [true, false] {
+            let mut from = start;
+            loop {
+                let next = if forwards { from.row + 1 } else { from.row.wrapping_sub(1) };
+                if next >= rows.count {
+                    break;
+                }
+                from = self.along_row(next, at, from.u);
+                if from.height >= best.height {
+                    break;
+                }
+                best = from;
+            }
+        }
+        best
+    }
+
+    /// The least height at `at` that a ball in a row leaves, and where its axis is then.
+    fn along_row(&self, row: usize, at: DVec2, guess: f64) -> Cut {
+        let rows = self.rows;
+        let radius = rows.pass.cutter.radius_mm();
+        let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - at.y;
+        let square = radius * radius - aside * aside;
+        if square <= 0.0 {
+            return Cut { height: f64::INFINITY, row, u: guess };
+        }
+        let reach = 0.999_999 * square.sqrt();
+        let mut u = guess.clamp(at.x - reach, at.x + reach);
+        let mut best = Cut { height: f64::INFINITY, row, u };
+        for _ in 0..STEPS {
+            let Some(tip) = self.tip(row, u) else { break };
+            let from = u - at.x;
+            let depth = (square - from * from).sqrt();
+            let height = tip.height + radius - depth;
+            if height < best.height {
+                best = Cut { height, row, u };
+            }
+            let profile_bend = (1.0 + from * from / (depth * depth)) / depth;
+            let bend = profile_bend + tip.bend;
+            let step = (tip.slope + from / depth) / if bend > 0.1 * profile_bend { bend } else { profile_bend };
+            u = (u - step.clamp(-0.25 * radius, 0.25 * radius)).clamp(at.x - reach, at.x + reach);
+            // The height's error is quadratic in that of the place.
+            if step.abs() < 1e-5 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// The way of the tip at a place in a row: cubic between positions. `None` beside the block.
+    #[inline]
+    fn tip(&self, row: usize, u: f64) -> Option<Tip> {
+        let rows = self.rows;
+        let position = (u - rows.first.x) / rows.spacing_mm;
+        let i = (position.max(0.0) as usize).min(rows.positions - 2);
+        let (t, h) = (position - i as f64, rows.spacing_mm);
+        let begin = row * rows.positions + i;
+        let ([a, p], [b, q]) = (rows.tips[begin], rows.tips[begin + 1]);
+        if !(a.is_finite() && b.is_finite()) {
+            return None;
+        }
+        let (p, q) = (p * h, q * h);
+        let (c, d) = (3.0 * (b - a) - 2.0 * p - q, 2.0 * (a - b) + p + q);
+        let height = a + t * (p + t * (c + t * d));
+        // Where the contact jumps the way has a kink, which a cubic would cut below its tangents.
+        let tangents = [(a + p * t, p), (b - q * (1.0 - t), q)];
+        let (above, slope) = tangents[usize::from(tangents[1].0 > tangents[0].0)];
+        if q > p && above > height {
+            return Some(Tip { height: above, slope: slope / h, bend: 0.0 });
+        }
+        Some(Tip { height, slope: (p + t * (2.0 * c + 3.0 * d * t)) / h, bend: (2.0 * c + 6.0 * d * t) / (h * h) })
+    }
+
+    /// The least that any cutter leaves at `at`: all positions within its reach. `best` is what is known so far.
+    fn search(&self, at: DVec2, mut best: Cut) -> Cut {
+        let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
+        let (radius, step_over) = (cutter.radius_mm(), rows.pass.step_over_mm);
+        // What positions can miss between each other: the profile's bend of a ball, which goes downhill after this, else its steepest slope.
+        let slack = match cutter.shape() {
+            CutterShape::Ball => 4.0 * rows.spacing_mm * rows.spacing_mm / cutter.corner_mm(),
+            CutterShape::Bull | CutterShape::Flat => 3.0 * rows.spacing_mm,
+        };
+        let nearest = |v: f64| (v.max(0.0) as usize).min(rows.count - 1);
+        let row_of = |v: f64| (v - rows.first.y) / step_over;
+        let (begin, end) = (nearest(row_of(at.y - radius).ceil()), nearest(row_of(at.y + radius).floor()));
+        let stretches = rows.positions.div_ceil(STRETCH);
+        let stretch_mm = STRETCH as f64 * rows.spacing_mm;
+        let stretch_of = |u: f64| (((u - rows.first.x) / stretch_mm).max(0.0) as usize).min(stretches - 1);
+        let all = (stretch_of(at.x - radius), stretch_of(at.x + radius));
+        let apart_of = |stretch: usize| {
+            let low = rows.first.x + stretch as f64 * stretch_mm;
+            (low - at.x).max(at.x - low - stretch_mm).max(0.0)
+        };
+        for band in begin / BAND..=end / BAND {
+            let first = self.aside(at, band * BAND);
+            let aside = first.max(-first - (BAND - 1) as f64 * step_over).max(0.0);
+            let hopeful = |stretch: &usize| {
+                let profile = cutter.profile_mm(DVec2::new(apart_of(*stretch), aside).length().min(radius));
+                self.bands[band * stretches + stretch] + profile < best.height + slack
+            };
+            let Some(low) = (all.0..=all.1).find(hopeful) else { continue };
+            let high = (all.0..=all.1).rfind(hopeful).unwrap_or(low);
+            for row in begin.max(band * BAND)..=end.min(band * BAND + BAND - 1) {
+                let found = self.search_row(at, row, (low, high), best.height + slack);
+                if found.height < best.height + slack {
+                    let found = self.improve(at, found);
+                    if found.height < best.height {
+                        best = found;
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// The best of the positions of a row on some of its stretches that may be below `limit`, and of the ends of its reach, which
+    /// are positions too: a rim cuts with them.
+    fn search_row(&self, at: DVec2, row: usize, (low, high): (usize, usize), limit: f64) -> Cut {
+        let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
+        let (radius, aside) = (cutter.radius_mm(), self.aside(at, row));
+        let reach = (radius * radius - aside * aside).max(0.0).sqrt() * (1.0 - 1e-12);
+        let position = |u: f64| ((u - rows.first.x) / rows.spacing_mm).clamp(0.0, (rows.positions - 1) as f64);
+        let (begin, end) = (position(at.x - reach), position(at.x + reach));
+        let stretches = rows.positions.div_ceil(STRETCH);
+        let mut best = Cut { height: f64::INFINITY, row, u: at.x };
+        for stretch in low.max(begin as usize / STRETCH)..=high.min(end as usize / STRETCH) {
+            let left = rows.first.x + (stretch * STRETCH) as f64 * rows.spacing_mm;
+            let right = left + STRETCH as f64 * rows.spacing_mm;
+            let apart = (left - at.x).max(at.x - right).max(0.0);
+            let bound = self.least[row * stretches + stretch]
+                + cutter.profile_mm(DVec2::new(apart, aside).length().min(radius));
+            if bound >= limit {
+                continue;
+            }
+            let inside = (stretch * STRETCH).max(begin.ceil() as usize)..=((stretch + 1) * STRETCH).min(end as usize);
+            let places = inside.map(|i| rows.first.x + i as f64 * rows.spacing_mm);
+            let ends = [at.x - reach, at.x + reach];
+            for u in places.chain(ends.into_iter().filter(|u| (left..=right).contains(u))) {
+                let cut = self.try_at(at, row, u);
+                if cut.height < best.height {
+                    best = cut;
+                }
+            }
+        }
+        best
+    }
+
+    /// Looks between positions.
+    fn improve(&self, at: DVec2, mut best: Cut) -> Cut {
+        let mut step = 0.5 * self.rows.spacing_mm;
+        let last = 1e-3 * step;
+        while step > last {
+            let sides = [best.u - step, best.u + step].map(|u| self.try_at(at, best.row, u));
+            let better = sides[usize::from(sides[1].height < sides[0].height)];
+            if better.height < best.height {
+                best = better;
+            } else {
+                step *= 0.5;
+            }
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Cutter, Direction, Scallop};
+    use super::*;
+    use crate::grid::Extent;
+
+    const BLOCK: Extent = Extent::new(12.0, 10.0);
+
+    fn face(f: impl Fn(DVec2) -> f64) -> HeightField {
+        HeightField::new(BLOCK, Field::from_fn(97, 81, |i, j| f(BLOCK.node(i, j, 97, 81))))
+    }
+
+    #[test]
+    fn a_plane_gets_scallops_of_the_known_height() {
+        let plane = face(|_| 0.0);
+        for direction in [Direction::X, Direction::Y, Direction::at(33.0)] {
+            let cutter = Cutter::ball(2.0).unwrap();
+            let pass = Pass { direction, ..Pass::finishing(cutter, 0.3) };
+            let rows = Rows::along(&plane, pass).unwrap();
+            let (nx, ny) = (601, 501);
+            let (heights, slopes) = rows.left(nx, ny);
+            // Away from the border, where the rows end.
+            for j in ny / 4..3 * ny / 4 {
+                for i in nx / 4..3 * nx / 4 {
+                    let place = (BLOCK.node(i, j, nx, ny).dot(rows.across) - rows.first.y) / 0.3;
+                    let aside = 0.3 * (place - place.round());
+                    let wanted = 2.0 - (4.0 - aside * aside).sqrt();
+                    assert!((heights[(i, j)] - wanted).abs() < 1e-8, "{direction}: {} for {wanted}", heights[(i, j)]);
+                    let rise = aside / (4.0 - aside * aside).sqrt() * rows.across;
+                    // On the ridge either side may be taken.
+                    let ridge = aside.abs() > 0.149_99;
+                    assert!(
+                        ridge || (slopes[(i, j)] - rise).length() < 1e-6,
+                        "{direction}: {} for {rise}",
+                        slopes[(i, j)]
+                    );
+                }
+            }
+            assert!((Scallop::of(cutter, 0.3).unwrap().height_mm - (2.0 - (4.0_f64 - 0.0225).sqrt())).abs() < 1e-15);
+        }
+    }
+
+    /// Rows so dense and so finely sampled that every place is tried.
+    fn by_force(rows: &Rows<'_>, at: DVec2) -> f64 {
+        let sweep = Sweep { rows, least: Vec::new(), bands: Vec::new() };
+        let cutter = rows.pass.cutter;
+        let (u, v) = (at.dot(rows.along), at.dot(rows.across));
+        let mut least = f64::INFINITY;
+        for row in 0..rows.count {
+            let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - v;
+            for k in -4000..=4000 {
+                let place = u + cutter.radius_mm() * f64::from(k) / 4000.0 * (1.0 - 1e-12);
+                let profile = cutter.profile_mm(DVec2::new(place - u, aside).length());
+                if let (true, Some(tip)) = (profile.is_finite(), sweep.tip(row, place)) {
+                    least = least.min(tip.height + profile);
+                }
+            }
+        }
+        least
+    }
+
+    #[test]
+    fn hills_creases_and_borders_agree_with_a_search_by_force() {
+        let wavy = face(|p| 0.2 * (1.1 * p.x).sin() * (0.9 * p.y + 0.3).cos() + 0.01 * p.x * p.y);
+        let crease = face(|p| 0.2 * (p.x * 0.8 + p.y * 0.6).abs() - 0.1 * (0.7 * p.y).cos());
+        for surface in [&wavy, &crease] {
+            for cutter in [Cutter::ball(1.5).unwrap(), Cutter::bull(1.5, 0.5).unwrap(), Cutter::flat(1.0).unwrap()] {
+                let pass = Pass { direction: Direction::at(25.0), ..Pass::finishing(cutter, 0.2) };
+                let rows = Rows::along(surface, pass).unwrap();
+                let (nx, ny) = (13, 11);
+                let heights = rows.left(nx, ny).0;
+                for j in 0..ny {
+                    for i in 0..nx {
+                        let forced = by_force(&rows, BLOCK.node(i, j, nx, ny));
+                        let off = heights[(i, j)] - forced;
+                        // Force tries places a four-thousandth of the radius apart. A disc that leans over an edge of the block has several
+                        // places in a row, of which one is looked at closely.
+                        let border = [0, nx - 1].contains(&i) || [0, ny - 1].contains(&j);
+                        let exact = if border && cutter.disc_mm() > 0.0 { 1e-3 } else { 5e-5 };
+                        assert!(off.abs() < exact, "{cutter} at column {i}, row {j}: {off:e}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_gouged_and_an_allowance_stays() {
+        let wavy = face(|p| 0.2 * (1.1 * p.x).sin() * (0.9 * p.y + 0.3).cos());
+        for (cutter, allowance) in [
+            (Cutter::ball(1.0).unwrap(), 0.0),
+            (Cutter::ball(1.0).unwrap(), 0.15),
+            (Cutter::bull(1.5, 0.4).unwrap(), 0.0),
+        ] {
+            let pass = Pass { allowance_mm: allowance, ..Pass::finishing(cutter, 0.05) };
+            let left = Rows::along(&wavy, pass).unwrap().left(97, 81).0;
+            let excess = |i: usize, j: usize| left[(i, j)] - wavy.heights_mm()[(i, j)];
+            for j in 10..71 {
+                for i in 10..87 {
+                    // The way of the tip bends suddenly where the disc of a bull-nose cutter lifts off: the cubic errs by as much.
+                    let exact = if cutter.corner_mm() < cutter.radius_mm() { 2e-5 } else { 2e-6 };
+                    assert!(excess(i, j) > allowance - exact, "{cutter} {allowance}: {}", excess(i, j));
+                    // Along the normal, so a little more along z; and the scallops.
+                    assert!(allowance == 0.0 || excess(i, j) < 1.06 * allowance, "{}", excess(i, j));
+                }
+            }
+        }
+    }
+}

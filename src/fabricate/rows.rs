@@ -1,0 +1,364 @@
+//! Moving a cutter along parallel rows.
+
+use super::{Cutter, CutterShape, DropCutter};
+use crate::{grid::Extent, surface::HeightField};
+use glam::DVec2;
+use rayon::prelude::*;
+use std::{fmt, str::FromStr};
+
+/// The direction of the rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Direction {
+    degrees: f64,
+}
+
+impl Direction {
+    /// Rows along x.
+    pub const X: Self = Self { degrees: 0.0 };
+    /// Rows along y.
+    pub const Y: Self = Self { degrees: 90.0 };
+
+    /// Rows at an angle from the x axis towards the y axis, degrees.
+    pub const fn at(degrees: f64) -> Self {
+        Self { degrees }
+    }
+
+    /// Unit vector along the rows; exact along the axes.
+    pub fn unit(self) -> DVec2 {
+        match self.degrees.rem_euclid(180.0) {
+            0.0 => DVec2::X,
+            90.0 => DVec2::Y,
+            degrees => DVec2::from_angle(degrees.to_radians()),
+        }
+    }
+}
+
+impl fmt::Display for Direction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.degrees {
+            0.0 => f.write_str("x"),
+            90.0 => f.write_str("y"),
+            degrees => write!(f, "{degrees}deg"),
+        }
+    }
+}
+
+impl FromStr for Direction {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim() {
+            "x" => Ok(Self::X),
+            "y" => Ok(Self::Y),
+            angle => match angle.strip_suffix("deg").unwrap_or(angle).trim().parse::<f64>() {
+                Ok(degrees) if degrees.abs() <= 360.0 => Ok(Self { degrees }),
+                _ => Err(format!("'{text}' is no direction: write x, y or an angle such as 45deg")),
+            },
+        }
+    }
+}
+
+/// One pass over the whole face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pass {
+    /// What cuts.
+    pub cutter: Cutter,
+    /// From row to row, mm.
+    pub step_over_mm: f64,
+    /// Along what.
+    pub direction: Direction,
+    /// What the pass leaves on the face, measured along its normal, mm: 0 for the last pass, the allowance for finishing of a
+    /// roughing pass.
+    pub allowance_mm: f64,
+}
+
+/// Why a pass cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PassError {
+    /// A step-over that is none, or beyond which rows leave walls between them.
+    #[error(
+        "the step-over is {step_over_mm} mm; it must lie between {} mm and the cutter's diameter of {diameter_mm} mm",
+        Pass::LEAST_STEP_OVER_MM
+    )]
+    StepOver {
+        /// The refused step-over, mm.
+        step_over_mm: f64,
+        /// The cutter's diameter, mm.
+        diameter_mm: f64,
+    },
+    /// A cutter that does not fit onto the block.
+    #[error(
+        "the cutter {cutter} is {} mm across, more than the stock of {width_mm} x {height_mm} mm: take a smaller cutter",
+        2.0 * cutter.radius_mm()
+    )]
+    CutterExceedsStock {
+        /// The refused cutter.
+        cutter: Cutter,
+        /// Width of the block, mm.
+        width_mm: f64,
+        /// Height of the block, mm.
+        height_mm: f64,
+    },
+    /// An allowance that is none.
+    #[error("the allowance is {allowance_mm} mm; it must lie between 0 mm and {} mm", Pass::MOST_ALLOWANCE_MM)]
+    Allowance {
+        /// The refused allowance, mm.
+        allowance_mm: f64,
+    },
+    /// More than can be kept in memory.
+    #[error(
+        "resolving rows {step_over_mm} mm apart takes {nx} x {ny} nodes, more than {most}: take a larger step-over, a smaller block, or rows along x or y",
+        most = Pass::MOST_NODES
+    )]
+    TooFine {
+        /// Step-over, mm.
+        step_over_mm: f64,
+        /// Nodes along x.
+        nx: usize,
+        /// Nodes along y.
+        ny: usize,
+    },
+}
+
+impl Pass {
+    /// Least accepted step-over, mm.
+    pub const LEAST_STEP_OVER_MM: f64 = 0.001;
+    /// Greatest accepted allowance, mm.
+    pub const MOST_ALLOWANCE_MM: f64 = 10.0;
+    /// Most nodes of a milled face: a gigabyte for the heights alone.
+    pub const MOST_NODES: usize = 1 << 27;
+
+    /// The finishing pass along x.
+    pub fn finishing(cutter: Cutter, step_over_mm: f64) -> Self {
+        Self { cutter, step_over_mm, direction: Direction::X, allowance_mm: 0.0 }
+    }
+
+    /// Refuses what cannot be done on a block of this size.
+    ///
+    /// # Errors
+    /// [`PassError`], except for [`PassError::TooFine`].
+    pub fn check(&self, block: Extent) -> Result<(), PassError> {
+        let diameter_mm = 2.0 * self.cutter.radius_mm();
+        if !(Self::LEAST_STEP_OVER_MM..=diameter_mm).contains(&self.step_over_mm) {
+            return Err(PassError::StepOver { step_over_mm: self.step_over_mm, diameter_mm });
+        }
+        if diameter_mm > block.width_mm.min(block.height_mm) {
+            let Extent { width_mm, height_mm } = block;
+            return Err(PassError::CutterExceedsStock { cutter: self.cutter, width_mm, height_mm });
+        }
+        if !(0.0..=Self::MOST_ALLOWANCE_MM).contains(&self.allowance_mm) {
+            return Err(PassError::Allowance { allowance_mm: self.allowance_mm });
+        }
+        Ok(())
+    }
+
+    /// What the pass takes, seen from above: rows to and fro that run out by the cutter's radius at both ends, and the links between them.
+    pub fn cost(&self, block: Extent) -> RowsCost {
+        let along = self.direction.unit();
+        let across = along.perp();
+        let half = |axis: DVec2| 0.5 * axis.abs().dot(block.as_vec());
+        let count = 1 + (2.0 * half(across) / self.step_over_mm).ceil() as usize;
+        let first = -0.5 * (count - 1) as f64 * self.step_over_mm;
+        let corner = block.as_vec() * 0.5;
+        let length = |k: usize| {
+            // The chord of the row in the block, by the slabs of x and y.
+            let through = across * (first + k as f64 * self.step_over_mm);
+            let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
+            for (at, direction, half) in [(through.x, along.x, corner.x), (through.y, along.y, corner.y)] {
+                if direction == 0.0 {
+                    // Rows beside the block by rounding still cut its edge.
+                    continue;
+                }
+                let (a, b) = ((-half - at) / direction, (half - at) / direction);
+                (begin, end) = (begin.max(a.min(b)), end.min(a.max(b)));
+            }
+            (end - begin).max(0.0) + 2.0 * self.cutter.radius_mm()
+        };
+        let rows: f64 = (0..count).map(length).sum();
+        RowsCost { rows: count, length_mm: rows + (count - 1) as f64 * self.step_over_mm }
+    }
+}
+
+/// What a pass takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowsCost {
+    /// Number of rows.
+    pub rows: usize,
+    /// Length of the cutter's way, mm.
+    pub length_mm: f64,
+}
+
+impl RowsCost {
+    /// Time at a feed, minutes: without acceleration, which makes it longer.
+    pub fn minutes(&self, feed_mm_per_min: f64) -> f64 {
+        self.length_mm / feed_mm_per_min
+    }
+}
+
+/// The way of the cutter's tip along all rows: at equidistant places its height and how steeply it rises there.
+#[derive(Debug)]
+pub struct Rows<'a> {
+    pub(super) surface: &'a HeightField,
+    pub(super) pass: Pass,
+    /// Unit vectors along and across the rows.
+    pub(super) along: DVec2,
+    pub(super) across: DVec2,
+    /// Places of the first row and of the first position in every row, mm.
+    pub(super) first: DVec2,
+    /// Positions in a row, and from one to the next, mm.
+    pub(super) positions: usize,
+    pub(super) spacing_mm: f64,
+    /// Number of rows.
+    pub(super) count: usize,
+    /// Tip height and its slope along the row; infinite where the cutter passes the block.
+    pub(super) tips: Vec<[f64; 2]>,
+}
+
+/// Positions in a row are at most this part of the node spacing apart: the way of the tip is cubic between them, and its error is
+/// curved, which light notices.
+const PER_NODE: f64 = 1.0 / 3.0;
+/// And at most these parts of the radius of a ball, of the radius of a corner (whose disc bends the way of the tip suddenly), and of
+/// that of a sharp rim.
+const PER_BALL: f64 = 0.1;
+const PER_CORNER: f64 = 0.05;
+const PER_RIM: f64 = 0.02;
+
+impl<'a> Rows<'a> {
+    /// Drops the cutter along every row.
+    ///
+    /// # Errors
+    /// What [`Pass::check`] refuses.
+    pub fn along(surface: &'a HeightField, pass: Pass) -> Result<Self, PassError> {
+        let extent = surface.extent();
+        pass.check(extent)?;
+        let (along, radius) = (pass.direction.unit(), pass.cutter.radius_mm());
+        let across = along.perp();
+        let half = |axis: DVec2| 0.5 * axis.abs().dot(extent.as_vec()) + radius + pass.allowance_mm;
+        let node = extent.node_spacing(surface.heights_mm().nx(), surface.heights_mm().ny()).min_element();
+        let fine = match pass.cutter.shape() {
+            CutterShape::Ball => PER_BALL * radius,
+            CutterShape::Bull => PER_CORNER * pass.cutter.corner_mm(),
+            CutterShape::Flat => PER_RIM * radius,
+        };
+        let positions = 1 + (2.0 * half(along) / fine.min(PER_NODE * node)).ceil() as usize;
+        let spacing_mm = 2.0 * half(along) / (positions - 1) as f64;
+        let count = 1 + (2.0 * half(across) / pass.step_over_mm).floor() as usize;
+        let first = DVec2::new(-half(along), -0.5 * (count - 1) as f64 * pass.step_over_mm);
+        // Leaving an allowance is cutting with a cutter that has grown by it.
+        let drop = DropCutter::new(surface, pass.cutter.grown(pass.allowance_mm));
+        let mut tips = vec![[f64::INFINITY, 0.0]; count * positions];
+        tips.par_chunks_mut(positions).enumerate().for_each(|(k, row)| {
+            let mut offset = DVec2::ZERO;
+            for (i, tip) in row.iter_mut().enumerate() {
+                let u = first.x + i as f64 * spacing_mm;
+                let axis = u * along + (first.y + k as f64 * pass.step_over_mm) * across;
+                let Some(contact) = drop.drop(axis, axis + offset) else { continue };
+                offset = contact.at - axis;
+                if let Some(slope) = slope(&drop.cutter(), offset, along) {
+                    *tip = [contact.tip_mm + pass.allowance_mm, slope];
+                }
+            }
+            differences(row, spacing_mm);
+        });
+        Ok(Self { surface, pass, along, across, first, positions, spacing_mm, count, tips })
+    }
+
+    /// The pass.
+    pub fn pass(&self) -> &Pass {
+        &self.pass
+    }
+
+    /// Number of rows, those beside the block which still touch its edge included.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+}
+
+/// How steeply the tip rises along the row: by the envelope theorem the profile's slope at the contact. Not a number where a sharp rim
+/// touches. `None` where the flank touches an edge of the block: rows run out before that, and the glass is none the wiser.
+fn slope(cutter: &Cutter, offset: DVec2, along: DVec2) -> Option<f64> {
+    let from_axis = offset.length();
+    if cutter.corner_mm() == 0.0 {
+        return Some(f64::NAN);
+    }
+    let slope = cutter.profile_slope(from_axis);
+    if slope > STEEPEST {
+        None
+    } else if from_axis > 0.0 {
+        Some(slope * offset.dot(along) / from_axis)
+    } else {
+        Some(0.0)
+    }
+}
+
+/// No face is as steep as this; only edges are touched so.
+const STEEPEST: f64 = 3.0;
+
+/// Fills in slopes that are not known, by differences of neighbours.
+fn differences(row: &mut [[f64; 2]], spacing_mm: f64) {
+    for i in 0..row.len() {
+        if row[i][0].is_finite() && row[i][1].is_nan() {
+            let (left, right) = (i.saturating_sub(1), (i + 1).min(row.len() - 1));
+            let at = |k: usize| if row[k][0].is_finite() { (k, row[k][0]) } else { (i, row[i][0]) };
+            let ((a, low), (b, high)) = (at(left), at(right));
+            row[i][1] = if b > a { (high - low) / ((b - a) as f64 * spacing_mm) } else { 0.0 };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::Field;
+
+    const BLOCK: Extent = Extent::new(60.0, 40.0);
+
+    #[test]
+    fn senseless_passes_are_refused_with_value_and_limit() {
+        let ball = Cutter::ball(3.0).unwrap();
+        for step_over in [0.0, -0.1, f64::NAN, 6.1] {
+            let error = Pass::finishing(ball, step_over).check(BLOCK).unwrap_err();
+            assert!(matches!(error, PassError::StepOver { .. }) && error.to_string().contains("6 mm"), "{error}");
+        }
+        let error = Pass::finishing(Cutter::ball(20.5).unwrap(), 0.1).check(BLOCK).unwrap_err().to_string();
+        assert!(error.contains("41 mm") && error.contains("60 x 40 mm"), "{error}");
+        let pass = Pass { allowance_mm: -0.2, ..Pass::finishing(ball, 0.1) };
+        assert!(matches!(pass.check(BLOCK), Err(PassError::Allowance { .. })));
+        assert!("sideways".parse::<Direction>().is_err());
+        assert_eq!("45deg".parse::<Direction>().unwrap(), Direction::at(45.0));
+    }
+
+    #[test]
+    fn the_way_is_as_long_as_the_rows() {
+        let pass = Pass::finishing(Cutter::ball(2.0).unwrap(), 0.5);
+        let cost = pass.cost(BLOCK);
+        assert_eq!(cost.rows, 81);
+        assert!((cost.length_mm - (81.0 * 64.0 + 80.0 * 0.5)).abs() < 1e-9);
+        assert!((cost.minutes(2000.0) - cost.length_mm / 2000.0).abs() < 1e-12);
+        let across = Pass { direction: Direction::Y, ..pass }.cost(BLOCK);
+        assert_eq!(across.rows, 121);
+        // Slanted rows cover the same area.
+        let slanted = Pass { direction: Direction::at(30.0), ..pass }.cost(BLOCK);
+        let cutting = slanted.length_mm - slanted.rows as f64 * (4.0 + 0.5) + 0.5;
+        assert!((cutting * 0.5 - 2400.0).abs() < 20.0, "{cutting}");
+    }
+
+    #[test]
+    fn tips_rise_as_their_slopes_say() {
+        let surface = HeightField::new(
+            BLOCK,
+            Field::from_fn(121, 81, |i, j| {
+                let p = BLOCK.node(i, j, 121, 81);
+                0.5 * (0.2 * p.x).sin() * (0.15 * p.y).cos()
+            }),
+        );
+        let pass = Pass { direction: Direction::at(20.0), ..Pass::finishing(Cutter::ball(3.0).unwrap(), 2.0) };
+        let rows = Rows::along(&surface, pass).unwrap();
+        let row = &rows.tips[rows.count / 2 * rows.positions..][..rows.positions];
+        let middle = rows.positions / 4..3 * rows.positions / 4;
+        for i in middle {
+            let difference = (row[i + 1][0] - row[i - 1][0]) / (2.0 * rows.spacing_mm);
+            assert!((difference - row[i][1]).abs() < 1e-3, "{i}: {difference} for {}", row[i][1]);
+        }
+    }
+}

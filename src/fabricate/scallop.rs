@@ -1,0 +1,78 @@
+//! The scallops between rows, in closed form.
+
+use super::Cutter;
+
+/// The ridges that a cutter leaves between its rows on a gentle face.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scallop {
+    /// From row to row, mm.
+    pub step_over_mm: f64,
+    /// Height of the ridges, mm: `r - sqrt(r^2 - s^2 / 4)`, nearly `s^2 / (8 r)`.
+    pub height_mm: f64,
+    /// Greatest slope, at the ridges: `s / (2 r)` as long as that is small.
+    pub slope: f64,
+}
+
+impl Scallop {
+    /// Of a cutter at a step-over, mm. The corner counts, which is what cuts on a slope. `None` for a flat end mill, which
+    /// leaves steps instead, and beyond a step-over of twice the corner radius.
+    pub fn of(cutter: Cutter, step_over_mm: f64) -> Option<Self> {
+        let (radius, half) = (cutter.corner_mm(), 0.5 * step_over_mm);
+        let square = radius * radius - half * half;
+        (square > 0.0 && step_over_mm > 0.0).then(|| Self {
+            step_over_mm,
+            // Without the difference of nearly equal numbers.
+            height_mm: half * half / (radius + square.sqrt()),
+            slope: half / square.sqrt(),
+        })
+    }
+
+    /// The scallops that a polish of this standard deviation (mm) leaves: their first harmonic, whose amplitude for parabolas is
+    /// `4 / pi^2` of their height, damped by `exp(-2 pi^2 sigma^2 / s^2)`.
+    pub fn polished(self, sigma_mm: f64) -> Self {
+        if sigma_mm <= 0.0 {
+            return self;
+        }
+        let pi = std::f64::consts::PI;
+        let left = (-2.0 * (pi * sigma_mm / self.step_over_mm).powi(2)).exp();
+        let height_mm = (8.0 / (pi * pi) * left).min(1.0) * self.height_mm;
+        let slope = (pi * height_mm / self.step_over_mm).min(self.slope);
+        Self { step_over_mm: self.step_over_mm, height_mm, slope }
+    }
+
+    /// How far to either side the slope throws the light on a receiver, mm: `(n - 1) D s / (2 r)` for small slopes, by
+    /// Snell's law for all. Infinite where it is totally reflected.
+    pub fn spread_mm(&self, ior: f64, distance_mm: f64) -> f64 {
+        let tilt = self.slope.atan();
+        let sine = ior * tilt.sin();
+        if sine < 1.0 { distance_mm * (sine.asin() - tilt).tan() } else { f64::INFINITY }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_cutters_leave_known_scallops() {
+        // Radius, step-over, height in um, spread in mm at 500 mm for index 1.49.
+        for (radius, step_over, height, spread) in
+            [(3.0, 0.25, 2.6, 10.2), (3.0, 0.1, 0.417, 4.08), (6.0, 0.05, 0.0521, 1.02), (12.7, 0.05, 0.0246, 0.482)]
+        {
+            let scallop = Scallop::of(Cutter::ball(radius).unwrap(), step_over).unwrap();
+            assert!((1e3 * scallop.height_mm - height).abs() < 5e-3 * height, "{scallop:?}");
+            assert!((scallop.spread_mm(1.49, 500.0) - spread).abs() < 5e-3 * spread, "{scallop:?}");
+        }
+        assert_eq!(Scallop::of(Cutter::flat(3.0).unwrap(), 0.1), None);
+        assert_eq!(Scallop::of(Cutter::ball(3.0).unwrap(), 6.0), None);
+    }
+
+    #[test]
+    fn polish_takes_scallops_away() {
+        let scallop = Scallop::of(Cutter::ball(3.0).unwrap(), 0.1).unwrap();
+        let polished = scallop.polished(0.05);
+        // exp(-pi^2 / 2) is 0.0072.
+        assert!(polished.height_mm < 0.0075 * scallop.height_mm && polished.slope < 0.01 * scallop.slope);
+        assert_eq!(scallop.polished(0.0), scallop);
+    }
+}
