@@ -2,7 +2,7 @@ use super::*;
 use crate::solid;
 use proptest::prelude::*;
 
-/// A block of 4 x 2 x 1 mm whose top is a bilinear net of degree 1, or of a higher one.
+/// A block of 4 x 2 x 1 mm whose top is a net of degree 1.
 fn block() -> String {
     let mut text = String::from("ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\n");
     let corners = [(0., 0.), (4., 0.), (4., 2.), (0., 2.)];
@@ -46,7 +46,7 @@ fn block() -> String {
     text + "#35=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\nENDSEC;\nEND-ISO-10303-21;\n"
 }
 
-/// The border of a bilinear patch of degree 1 is sampled at five places; lines are not: only for faults.
+/// Demands that a damaged file is refused with these words.
 fn fails(from: &str, to: &str, words: &str) {
     let text = block();
     assert!(text.contains(from), "{from}");
@@ -80,7 +80,7 @@ fn broken_files_are_named() {
     fails("(#106,#116", "(#9999,#116", "no entity #9999");
     fails(",(0.,1.),.UNSPECIFIED.);", ",(0.,1.),.UNSPECIFIED);", "not understood");
     fails("('',(4.0,0.0,0.))", "('',(4.0,nan,0.))", "#2");
-    fails("#30,.T.);", "#30,T);", "EDGE");
+    fails("#30,.T.);", "#30,T);", "#40 are not understood");
 }
 
 proptest! {
