@@ -4,6 +4,7 @@ use super::{
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
     side_file::SideFile,
+    workpiece::block_of,
 };
 use glam::DVec3;
 use glasswarp::{
@@ -94,7 +95,10 @@ pub(crate) fn of_design(
     let spline = SurfaceSpline::through(&block.surface);
     let own = forward::irradiance(&spline, bench, forward::Geometry::Displaced, examiner.beams(), examiner.pixels());
     ledger.book("the solver's own map", judge::image_of(&own.irradiance))?;
-    let exact = Subject::of(mesh_of(&block.solid, Some(block.surface.heights_mm())), Path::new("the height field"))?;
+    let exact = match block.solid.rim_z_mm() {
+        None => Subject::Block(Box::new(block_of(&block.surface, block.solid.entry_z_mm())?)),
+        Some(_) => Subject::of(mesh_of(&block.solid, Some(block.surface.heights_mm())), Path::new("the height field"))?,
+    };
     ledger.look("height field, on the normal-mapped plane", &exact, Surface::Spline, Geometry::NormalMappedPlane)?;
     ledger.look("height field, on the displaced surface", &exact, Surface::Spline, Geometry::Displaced)?;
     let name = file_name(&judged.path);
