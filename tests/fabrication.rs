@@ -197,7 +197,7 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
         let outcome = workshop.run(&format!("check block.stl {flags}"));
         match line {
             Some(line) => {
-                assert!(outcome.code == SHORT && outcome.out.contains(line), "{flags}: {}{}", outcome.out, outcome.err)
+                assert!(outcome.code == SHORT && outcome.out.contains(line), "{flags}: {}{}", outcome.out, outcome.err);
             }
             None => assert_eq!(outcome.code, REFUSED, "{flags}: {}{}", outcome.out, outcome.err),
         }

@@ -47,7 +47,7 @@ impl Quads {
     fn new(mesh: &Mesh, quads: Vec<[u32; 4]>) -> Self {
         let corners = |quad: &[u32; 4]| quad.map(|v| mesh.vertices[v as usize]);
         if mesh.vertices.par_iter().all(|v| v.as_vec3().as_dvec3() == *v) {
-            Self::Single(quads.par_iter().map(|quad| corners(quad).map(|v| v.as_vec3())).collect())
+            Self::Single(quads.par_iter().map(|quad| corners(quad).map(DVec3::as_vec3)).collect())
         } else {
             Self::Double(quads.par_iter().map(corners).collect())
         }
@@ -56,7 +56,7 @@ impl Quads {
     #[inline]
     fn at(&self, slot: usize) -> [DVec3; 4] {
         match self {
-            Self::Single(quads) => quads[slot].map(|v| v.as_dvec3()),
+            Self::Single(quads) => quads[slot].map(Vec3::as_dvec3),
             Self::Double(quads) => quads[slot],
         }
     }
