@@ -35,7 +35,7 @@ def pair(repeats=5):
 
 
 def design(program, picture, nodes, solver, quality, folder):
-    """Wall time of the solver, s, and the peak memory of the whole command, GB."""
+    """Wall time of the solver, s, and the peak memory of the whole command, GB (at least that of this script, which starts it)."""
     command = [program, "design", picture, "--transfer", "linear", "--nodes", str(nodes), "--solver", solver,
                "--no-verify", "-o", os.path.join(folder, "block.stl")]
     if quality:
@@ -91,7 +91,7 @@ def plot(rows, path):
     nodes = np.array([257.0, 4097.0])
     first = next(row for row in rows if row[1] == min(r[1] for r in rows))
     left.loglog(nodes, first[3] * (nodes / first[1]) ** 2, ":", color="grey", label="proportional to the nodes")
-    left.set_ylabel("solver's time, pairs of cosine transforms of 1025 x 1025")
+    left.set_ylabel("solver's time, in pairs of transforms")
     right.set_ylabel("peak memory of the command, GB")
     for axes in (left, right):
         axes.set_xlabel("nodes a side (picture: half as many pixels)")

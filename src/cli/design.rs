@@ -334,7 +334,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         String::new()
     };
     println!(
-        "  solver         {}, {} iterations, {:.1} s{limit}",
+        "  solver         {}, {} iterations, {:.2} s{limit}",
         name_of(plan.solver),
         block.summary.iterations(),
         solved.as_secs_f64()
