@@ -56,7 +56,7 @@ struct Ledger<'a> {
 impl Ledger<'_> {
     fn book(&mut self, name: impl Into<String>, image: Image) -> Result<(), Failure> {
         if let Some(metrics) = self.examiner.compare(&image)? {
-            let moved = metrics::compare(&image, self.truth).map_err(Failure::refused)?.rel_rms;
+            let moved = metrics::rel_rms(&image, self.truth).map_err(Failure::refused)?;
             self.steps.push(Step { name: name.into(), seen: Some(Seen { image, metrics, moved }) });
         }
         Ok(())

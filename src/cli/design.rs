@@ -19,6 +19,8 @@ use glasswarp::{
     target::to_picture_order,
 };
 use glasswarp_verify::{Image, PhotonPlan};
+use image::GrayImage;
+use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -128,22 +130,22 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Vec<St
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
     let height_map = HeightMap::of(&block.solid);
-    let mut notes = Vec::new();
-    for output in outputs {
-        match Format::from_path(output) {
-            Ok(Format::Step) => notes.push(write_step(plan, output, block, &design)?),
-            Ok(_) => export::export(output, &block.solid, &design).map_err(|error| match error {
-                ExportError::Write(error) => Failure::writing(error),
+    // Text is made on one core; several files take turns.
+    let write = |output: &PathBuf| match Format::from_path(output) {
+        Ok(Format::Step) => write_step(plan, output, block, &design).map(Some),
+        Ok(_) => export::export(output, &block.solid, &design).map(|()| None).map_err(|error| match error {
+            ExportError::Write(error) => Failure::writing(error),
+            refused => Failure::refused(refused),
+        }),
+        Err(_) => {
+            height_map.write(output).map(|()| Some(height_map_note(output, &height_map))).map_err(|error| match error {
+                HeightMapError::Write(error) => Failure::writing(error),
                 refused => Failure::refused(refused),
-            })?,
-            Err(_) => {
-                height_map.write(output).map_err(|error| match error {
-                    HeightMapError::Write(error) => Failure::writing(error),
-                    refused => Failure::refused(refused),
-                })?;
-                notes.push(height_map_note(output, &height_map));
-            }
+            })
         }
+    };
+    let notes: Vec<Option<String>> = outputs.par_iter().map(write).collect::<Result<_, _>>()?;
+    for output in outputs {
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
     let bench = BenchRecord {
@@ -173,7 +175,7 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Vec<St
             },
         )?;
     }
-    Ok(notes)
+    Ok(notes.into_iter().flatten().collect())
 }
 
 /// Writes a STEP file; returns how near its face is.
@@ -253,24 +255,26 @@ impl Opinion {
         let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
         let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
         let note = format!("(relative RMS {error:.4})");
-        let pictures = [
-            ("panel", report::panel(&target, &caustic, exposure, &note)),
-            ("caustic", report::irradiance_picture(&caustic, exposure)),
-            ("difference", report::difference_picture(&target, &caustic, exposure)),
-            ("budget", budget::sheet(&self.steps, &self.wanted, exposure)),
-            ("contours", report::isocontours(&block.surface, 1000)),
-            ("drawing", report::dimensioned_drawing(&block.solid, plan.bench.distance_mm())),
-        ];
-        let finished = self.finished.iter().map(|finished| {
+        let finished = self.finished.as_ref().map(|finished| {
             let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
-            ("finished", report::panel(&target, &judge::field_of(&finished.view.image), exposure, &note))
+            (judge::field_of(&finished.view.image), note)
         });
+        let mut pictures: Vec<(&str, Box<dyn Fn() -> GrayImage + Sync>)> = vec![
+            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
+            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
+            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
+            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
+            ("contours", Box::new(|| report::isocontours(&block.surface, 1000))),
+            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
+        ];
+        if let Some((image, note)) = &finished {
+            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
+        }
         pictures
-            .into_iter()
-            .chain(finished)
-            .map(|(kind, picture)| {
+            .par_iter()
+            .map(|(kind, draw)| {
                 let path = output.with_extension(format!("{kind}.png"));
-                report::write_png(&path, &picture).map_err(Failure::writing)?;
+                report::write_png(&path, &draw()).map_err(Failure::writing)?;
                 Ok(path)
             })
             .collect()

@@ -64,7 +64,7 @@ pub(crate) fn of_picture(
     let (nx, ny) = (caustic.nx, caustic.ny);
     let seen = |pixel: PixelAt<'_>| {
         let values = (0..nx * ny).map(|k| caustic.values[pixel(k % nx, k / nx)]).collect();
-        metrics::compare(&Image::new(nx, ny, values), wanted).map(|m| m.rel_rms).map_err(Failure::refused)
+        metrics::rel_rms(&Image::new(nx, ny, values), wanted).map_err(Failure::refused)
     };
     let turns: [(&str, PixelAt<'_>); 3] = [
         ("mirrored left to right", &|i, j| j * nx + nx - 1 - i),

@@ -218,7 +218,7 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
         }
     }
     let (low, high) = block.height_range_mm();
-    let plane_moves = metrics::compare(&views[1].image, &views[0].image).map_err(Failure::refused)?.rel_rms;
+    let plane_moves = metrics::rel_rms(&views[1].image, &views[0].image).map_err(Failure::refused)?;
     Ok(Point { value, bench, nodes: block.nodes(), thickness_mm, relief_mm: high - low, views, plane_moves })
 }
 

@@ -142,7 +142,7 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Caption
 
 impl Case {
     fn of(name: String, view: View, designed: &View) -> Result<Self, Failure> {
-        let moved = metrics::compare(&view.image, &designed.image).map_err(Failure::refused)?.rel_rms;
+        let moved = metrics::rel_rms(&view.image, &designed.image).map_err(Failure::refused)?;
         Ok(Self { name, view, moved })
     }
 }

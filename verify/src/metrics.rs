@@ -86,25 +86,8 @@ const WINDOW: usize = 7;
 /// Sizes that differ or are below 7 x 7, or an image without light.
 pub fn compare(image: &Image, target: &Image) -> Result<Metrics, MetricsError> {
     let (nx, ny) = (target.nx, target.ny);
-    if (image.nx, image.ny) != (nx, ny) {
-        return Err(MetricsError::Size { image: (image.nx, image.ny), target: (nx, ny) });
-    }
-    if nx.min(ny) < WINDOW {
-        return Err(MetricsError::TooSmall { nx, ny });
-    }
-    let normalised = |image: &Image, which| {
-        let mean = image.mean();
-        if !(mean.is_finite() && mean > 0.0) {
-            return Err(MetricsError::Dark { which, mean });
-        }
-        Ok(image.values.iter().map(|v| v / mean).collect::<Vec<f64>>())
-    };
-    let (s, t) = (normalised(image, "image")?, normalised(target, "target")?);
-    let n = s.len() as f64;
-    let mean = |f: &dyn Fn(f64, f64) -> f64| {
-        s.chunks(nx).zip(t.chunks(nx)).map(|(s, t)| s.iter().zip(t).map(|(&s, &t)| f(s, t)).sum::<f64>()).sum::<f64>()
-            / n
-    };
+    let (s, t) = normalised(image, target)?;
+    let mean = |f: &dyn Fn(f64, f64) -> f64| mean_of(&s, &t, nx, f);
     let mean_square = mean(&|s, t| (s - t) * (s - t));
     let peak = t.iter().copied().fold(0.0, f64::max);
     // Both means are 1.
@@ -128,6 +111,40 @@ pub fn compare(image: &Image, target: &Image) -> Result<Metrics, MetricsError> {
         edge_width_px,
         target_edge_width_px,
     })
+}
+
+/// Only the relative RMS difference of two images, see [`Metrics::rel_rms`].
+///
+/// # Errors
+/// As for [`compare`].
+pub fn rel_rms(image: &Image, target: &Image) -> Result<f64, MetricsError> {
+    let (s, t) = normalised(image, target)?;
+    Ok(mean_of(&s, &t, target.nx, &|s, t| (s - t) * (s - t)).sqrt())
+}
+
+/// Both images divided by their means.
+fn normalised(image: &Image, target: &Image) -> Result<(Vec<f64>, Vec<f64>), MetricsError> {
+    let (nx, ny) = (target.nx, target.ny);
+    if (image.nx, image.ny) != (nx, ny) {
+        return Err(MetricsError::Size { image: (image.nx, image.ny), target: (nx, ny) });
+    }
+    if nx.min(ny) < WINDOW {
+        return Err(MetricsError::TooSmall { nx, ny });
+    }
+    let normalised = |image: &Image, which| {
+        let mean = image.mean();
+        if !(mean.is_finite() && mean > 0.0) {
+            return Err(MetricsError::Dark { which, mean });
+        }
+        Ok(image.values.iter().map(|v| v / mean).collect::<Vec<f64>>())
+    };
+    Ok((normalised(image, "image")?, normalised(target, "target")?))
+}
+
+/// The mean of a function of two images, row by row, so that rounding does not grow with their size.
+fn mean_of(s: &[f64], t: &[f64], nx: usize, f: &dyn Fn(f64, f64) -> f64) -> f64 {
+    let row = |(s, t): (&[f64], &[f64])| s.iter().zip(t).map(|(&s, &t)| f(s, t)).sum::<f64>();
+    s.chunks(nx).zip(t.chunks(nx)).map(row).sum::<f64>() / s.len() as f64
 }
 
 /// How far from an edge its profile is looked at, in pixels to either side, and how finely.
