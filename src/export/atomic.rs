@@ -219,20 +219,6 @@ mod tests {
     }
 
     #[test]
-    fn an_interrupted_write_leaves_nothing() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("block.stl");
-        let error = write_atomically(&path, |w| {
-            w.write_all(b"half")?;
-            drop(remove_unfinished());
-            assert!(names(folder.path()).is_empty());
-            Ok(())
-        });
-        assert!(matches!(error, Err(WriteError::Io { .. })));
-        assert!(names(folder.path()).is_empty());
-    }
-
-    #[test]
     fn folders_that_are_missing_or_no_folders_are_named() {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("nowhere");
