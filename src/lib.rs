@@ -22,6 +22,7 @@ pub mod bench;
 pub mod export;
 pub mod forward;
 pub mod grid;
+pub mod light;
 pub mod materials;
 pub mod optics;
 pub mod optim;

@@ -56,6 +56,18 @@ pub enum SolveError {
         /// Distance of the receiver, mm.
         distance_mm: f64,
     },
+    /// The surface would cut through the entry face of its block, or rise past the source of its light.
+    #[error(
+        "the exit face would extend to z = {height_mm:.1} mm, past the {what} at z = {limit_mm:.1} mm: take a thicker block, or move receiver and light further away"
+    )]
+    ReachesLight {
+        /// Lowest point of a face of glass, highest one of a mirror, mm.
+        height_mm: f64,
+        /// Where the light comes from, mm.
+        limit_mm: f64,
+        /// What is there.
+        what: &'static str,
+    },
     /// The bench asks for something this solver does not do.
     #[error("the {solver} solver does not do {what}")]
     Unsupported {

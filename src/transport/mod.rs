@@ -46,6 +46,7 @@ impl Solver for Transport {
         start::check(bench)?;
         let solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)?;
         let surface = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
+        start::check_light_reaches(&surface, bench)?;
         Ok(Solution { surface, summary })
     }
 }

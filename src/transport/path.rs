@@ -11,10 +11,20 @@
 //! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b` itself
 //! `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
 //!
-//! A source at a finite distance would change two things here: `l`, the root of a quadratic, and the footprint, which measures
-//! flux. No other file would notice.
+//! # A source at a finite distance
+//!
+//! The phase is that of [`PointWave`], `W(X)` in place of `N . X`, with `N = grad W` at the point: `l` is the root of
+//! `W(Y - l (s, c)) + l = b`. Its first derivatives are those of parallel light along the local `N`. So is the jacobian of the
+//! footprint, but for the factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad b)`. Its variation has, besides, the
+//! terms by which `N` and `B` follow the point `X`. The reference is again the flat face, behind which the wave goes on as a wave of
+//! the same kind: `b = b_flat(y) + kappa u`.
+//!
+//! No other file notices.
 
-use crate::bench::Bench;
+use crate::{
+    bench::Bench,
+    light::{Arrival, PointWave, outer},
+};
 use glam::{DMat2, DVec2, DVec3};
 
 /// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
@@ -45,6 +55,17 @@ pub(super) struct OpticalPath {
     flat_cos: f64,
     /// Tangent of the incidence: light that passes `(x, h)` crosses the plane `z = 0` at `x - tilt h`.
     tilt: DVec2,
+    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of the middle of the face.
+    point: Option<PointSource>,
+}
+
+/// The wave of a point source, and how it goes on behind a flat face.
+#[derive(Clone, Copy, Debug)]
+struct PointSource {
+    wave: PointWave,
+    flat: PointWave,
+    /// Steps of `l` and of heights that are below rounding, mm.
+    negligible_mm: f64,
 }
 
 /// The ray that lands on one point of the receiver.
@@ -56,7 +77,23 @@ pub(super) struct Ray {
     /// Its length from the block to the receiver, mm.
     length: f64,
     q: f64,
+    /// `N` where it leaves the block, and its tangent.
+    tangential: DVec2,
+    axial: f64,
+    tilt: DVec2,
+    point: Option<PointRay>,
 }
+
+/// What a ray knows of its source.
+#[derive(Clone, Copy, Debug)]
+struct PointRay {
+    arrival: Arrival,
+    /// Second derivatives of `b_flat`, over kappa.
+    flat_bend: DMat2,
+}
+
+/// Most Newton steps for the length of a ray or the height of an oval.
+const STEPS: usize = 30;
 
 impl OpticalPath {
     pub(super) fn new(bench: &Bench) -> Self {
@@ -72,6 +109,11 @@ impl OpticalPath {
             kappa: n.z - flat_cos,
             flat_cos,
             tilt: tangential / n.z,
+            point: PointWave::of(bench).map(|wave| PointSource {
+                wave,
+                flat: wave.continued(bench.distance_mm()),
+                negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm(),
+            }),
         }
     }
 
@@ -84,26 +126,78 @@ impl OpticalPath {
     }
 
     /// The gradient of `u` for which the light arrives at `y` with the tangential direction `s`.
-    pub(super) fn slope_for(&self, s: DVec2) -> DVec2 {
-        (s - self.tangential) / self.kappa
+    pub(super) fn slope_for(&self, y: DVec2, s: DVec2) -> DVec2 {
+        let flat = match &self.point {
+            None => self.tangential,
+            Some(point) => point.flat.at(y, 0.0).map_or(DVec2::NAN, |flat| flat.tangential),
+        };
+        (s - flat) / self.kappa
     }
 
     /// The ray that lands on `y`; none if no face of this kind can send it there.
     #[inline(always)]
     pub(super) fn ray(&self, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
+        if let Some(point) = &self.point {
+            return self.ray_from(point, y, u, slope);
+        }
         let s = self.tangential + self.kappa * slope;
         let c2 = 1.0 - s.length_squared();
         let c = c2.max(1e-12).sqrt();
         let q = self.tangential.dot(s) + self.axial * c - 1.0;
         let p = self.tangential.dot(y) + self.axial * self.distance_mm - self.path(y, u);
         // Both have the sign of kappa on a real ray; q = 0 is grazing exit, the limit of total reflection.
-        (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray { s, c, length: p / q, q })
+        (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray {
+            s,
+            c,
+            length: p / q,
+            q,
+            tangential: self.tangential,
+            axial: self.axial,
+            tilt: self.tilt,
+            point: None,
+        })
+    }
+
+    /// The same in the light of a point source. Along a straight line `W + l` is convex, and on real rays monotone: Newton's
+    /// iteration for `l` cannot miss.
+    fn ray_from(&self, point: &PointSource, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
+        let flat = point.flat.at(y, 0.0)?;
+        let s = flat.tangential + self.kappa * slope;
+        let c2 = 1.0 - s.length_squared();
+        // Also where it is not a number.
+        if !(c2 > 1e-6) {
+            return None;
+        }
+        let c = c2.sqrt();
+        let path = flat.phase_mm + self.kappa * u;
+        let mut length = self.distance_mm / c;
+        for _ in 0..STEPS {
+            let arrival = point.wave.at(y - length * s, self.distance_mm - length * c)?;
+            let (tangential, axial) = (arrival.tangential, arrival.axial);
+            let q = tangential.dot(s) + axial * c - 1.0;
+            if !(q * self.kappa > 1e-9) {
+                return None;
+            }
+            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / q;
+            length += step;
+            if step.abs() <= point.negligible_mm {
+                let flat_bend = point.flat.bend(&flat) * (1.0 / self.kappa);
+                let tilt = tangential / axial;
+                let point = Some(PointRay { arrival, flat_bend });
+                return (length > 0.0).then_some(Ray { s, c, length, q, tangential, axial, tilt, point });
+            }
+        }
+        None
     }
 
     /// The ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send it there.
     pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec2> {
         let direction = (y - x).extend(self.distance_mm).normalize();
-        let bent = self.tangential.dot(direction.truncate()) + self.axial * direction.z - 1.0;
+        let (tangential, axial) = match &self.point {
+            None => (self.tangential, self.axial),
+            Some(point) => point.wave.at(x, 0.0).map(|at| (at.tangential, at.axial))?,
+        };
+        let bent = tangential.dot(direction.truncate()) + axial * direction.z - 1.0;
         (bent * self.kappa > 1e-9).then(|| direction.truncate())
     }
 
@@ -122,7 +216,7 @@ impl OpticalPath {
     /// The jacobian matrix of the lens point with respect to `y`.
     #[inline(always)]
     pub(super) fn lens_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
-        let h = jet.hessian();
+        let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
         outer(-ray.s, g) + DMat2::IDENTITY - h * (ray.length * self.kappa)
     }
@@ -130,12 +224,12 @@ impl OpticalPath {
     /// `dl/dy` along the receiver.
     #[inline(always)]
     fn length_gradient(&self, ray: &Ray, h: &DMat2) -> DVec2 {
-        (self.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
+        (ray.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
     }
 
     #[inline(always)]
     fn dq_ds(&self, ray: &Ray) -> DVec2 {
-        self.tangential - ray.s * (self.axial / ray.c)
+        ray.tangential - ray.s * (ray.axial / ray.c)
     }
 
     #[inline(always)]
@@ -150,7 +244,17 @@ impl OpticalPath {
     /// `A = I - e (x) dl/dy - l kappa E H`, `E = de/ds`.
     #[inline(always)]
     pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
-        let h = jet.hessian();
+        let crossing = self.crossing_jacobian(ray, jet);
+        match (&self.point, &ray.point) {
+            (Some(point), Some(of)) => point.wave.footprint(&of.arrival).matrix() * crossing,
+            _ => crossing,
+        }
+    }
+
+    /// `A` for parallel light along the local `N`.
+    #[inline(always)]
+    fn crossing_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
+        let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
         let (e, de) = self.footprint_direction(ray);
         outer(-e, g) + DMat2::IDENTITY - de * h * (ray.length * self.kappa)
@@ -158,16 +262,25 @@ impl OpticalPath {
 
     #[inline(always)]
     fn footprint_direction(&self, ray: &Ray) -> (DVec2, DMat2) {
-        (ray.s - self.tilt * ray.c, outer(self.tilt, ray.s / ray.c) + DMat2::IDENTITY)
+        (ray.s - ray.tilt * ray.c, outer(ray.tilt, ray.s / ray.c) + DMat2::IDENTITY)
     }
 
     /// Derivatives of `sum_ij w_ij A_ij`, `A` the footprint's jacobian, with respect to
     /// `u, u_x, u_y, u_xx, u_xy, u_yy`.
     #[inline(always)]
     pub(super) fn footprint_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
-        let Ray { s, c, length, q } = *ray;
-        let (n, kappa) = (self.tangential, self.kappa);
-        let h = jet.hessian();
+        match (&self.point, &ray.point) {
+            (Some(point), Some(of)) => self.footprint_variation_from(point, of, ray, jet, w),
+            _ => self.crossing_variation(ray, jet, w),
+        }
+    }
+
+    /// The same for `sum_ij w_ij A_ij` with the `A` of parallel light along the local `N`, as if that stayed.
+    #[inline(always)]
+    fn crossing_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
+        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
+        let kappa = self.kappa;
+        let h = bend(ray, jet);
         let (dq, dl) = (self.dq_ds(ray), self.dl_ds(ray));
         let g = self.length_gradient(ray, &h);
         let (e, de) = self.footprint_direction(ray);
@@ -179,7 +292,7 @@ impl OpticalPath {
         let contracted = w.col(0).dot(deh.col(0)) + w.col(1).dot(deh.col(1));
         // Factors of the variations of l, of s, and of s/c.
         let of_l = kappa * (hv_dq / q - contracted);
-        let of_sc = (hv * (self.axial / q) + h * (wt * self.tilt)) * (-kappa * length);
+        let of_sc = (hv * (axial / q) + h * (wt * tilt)) * (-kappa * length);
         let mut of_s = de.transpose() * (w * g) * -1.0
             + v / q
             + dq * ((v.dot(n - s) - kappa * length * hv_dq) / (q * q))
@@ -197,6 +310,33 @@ impl OpticalPath {
         ]
     }
 
+    /// Derivatives of `sum_ij w_ij A_ij` in the light of a point source.
+    ///
+    /// `X` moves the footprint's direction by `dm = M^-1 (-dl e - l E ds)`, `M^-1 = dm/dX_t`, which turns `N` and with it `tilt`, `e`,
+    /// `E`, `q`, `dq` and `B`; `B` also follows the height of `X`.
+    fn footprint_variation_from(&self, point: &PointSource, of: &PointRay, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
+        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
+        let footprint = point.wave.footprint(&of.arrival);
+        let (by_m, by_z) = footprint.variation(w * self.crossing_jacobian(ray, jet).transpose());
+        let w = footprint.matrix() * w;
+        let h = bend(ray, jet) * self.kappa;
+        let g = (n - s) / q + h * self.dl_ds(ray);
+        let (e, de) = self.footprint_direction(ray);
+        let v = w.transpose() * e;
+        let hv = h * v;
+        let of_tilt = w * (g * c - h * s * (length / c));
+        let of_q = (v.dot(n - s) - length * hv.dot(self.dq_ds(ray))) / (q * q);
+        let of_n = (of_tilt + tilt * tilt.dot(of_tilt)) / axial - v / q + e * of_q + de * hv * (length / q) + by_m;
+        let of_crossing = point.wave.bend(&of.arrival) * of_n;
+        let of_l = -of_crossing.dot(e) - by_z * c;
+        let of_s = self.dl_ds(ray) * of_l - (de.transpose() * of_crossing) * length + s * (by_z * length / c);
+        let mut variation = self.crossing_variation(ray, jet, w);
+        variation[0] -= of_l * self.kappa / q;
+        variation[1] += of_s.x * self.kappa;
+        variation[2] += of_s.y * self.kappa;
+        variation
+    }
+
     /// Derivatives of the lens point's component along `axis` with respect to `u, u_x, u_y`.
     pub(super) fn lens_point_variation(&self, ray: &Ray, axis: usize) -> [f64; 3] {
         let s = ray.s[axis];
@@ -212,6 +352,9 @@ impl OpticalPath {
     /// oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
+        if let Some(point) = &self.point {
+            return self.oval_height_from(point, x, y, u);
+        }
         // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 = flat_cos D.
         let q0 = self.flat_cos * self.distance_mm;
         let rest = self.tangential.dot(y - x) + self.kappa * u;
@@ -224,6 +367,28 @@ impl OpticalPath {
         constant / (half + half.signum() * root)
     }
 
+    /// The same in the light of a point source: the root of `W(x, h) + |Y - (x, h)| = b`, which is convex in `h`.
+    fn oval_height_from(&self, point: &PointSource, x: DVec2, y: DVec2, u: f64) -> f64 {
+        let Some(flat) = point.flat.at(y, 0.0) else { return f64::NAN };
+        let path = flat.phase_mm + self.kappa * u;
+        let mut height = 0.0;
+        for _ in 0..STEPS {
+            let Some(arrival) = point.wave.at(x, height) else { break };
+            let to = (y - x).extend(self.distance_mm - height);
+            let length = to.length();
+            let slope = arrival.axial - to.z / length;
+            if !(slope * self.kappa > 0.0) {
+                break;
+            }
+            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / slope;
+            height -= step;
+            if step.abs() <= point.negligible_mm {
+                return height;
+            }
+        }
+        f64::NAN
+    }
+
     /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a mirror.
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
@@ -231,126 +396,14 @@ impl OpticalPath {
     }
 }
 
-/// `a b^T`.
+/// Second derivatives of `b` over kappa.
 #[inline(always)]
-fn outer(a: DVec2, b: DVec2) -> DMat2 {
-    DMat2::from_cols(a * b.x, a * b.y)
+fn bend(ray: &Ray, jet: &Jet) -> DMat2 {
+    match &ray.point {
+        None => jet.hessian(),
+        Some(of) => jet.hessian() + of.flat_bend,
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{bench::ExitFace, grid::Extent};
-
-    fn benches() -> Vec<Bench> {
-        let block = Extent::new(100.0, 80.0);
-        let glass = Bench::new(block, 150.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
-        let mirror = Bench::new(block, 150.0, ExitFace::Reflects).unwrap();
-        vec![
-            glass,
-            mirror,
-            glass.with_light_direction(DVec3::new(0.15, -0.1, 1.0)).unwrap(),
-            mirror.with_light_direction(DVec3::new(-0.1, 0.2, -1.0)).unwrap(),
-        ]
-    }
-
-    fn jet(u: f64) -> Jet {
-        Jet { value: u, slope: DVec2::new(0.11, -0.07), curvature: [2e-3, -7e-4, -1e-3] }
-    }
-
-    /// A quadratic u with the given jet at `y0`.
-    fn around(jet: &Jet, y0: DVec2, y: DVec2) -> Jet {
-        let d = y - y0;
-        let bend = jet.hessian() * d;
-        Jet { value: jet.value + jet.slope.dot(d) + 0.5 * d.dot(bend), slope: jet.slope + bend, ..*jet }
-    }
-
-    #[test]
-    fn the_ray_has_the_stated_path_and_obeys_snell() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(21.0, -13.0), jet(0.4));
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let x = path.lens_point(y, &ray);
-            let (h, dh) = path.height(&ray);
-            let n = path.tangential.extend(path.axial);
-            let (from, to) = (x.extend(h), y.extend(150.0));
-            let length = n.dot(from) + (to - from).length();
-            assert!((length - path.path(y, jet.value)).abs() < 1e-11);
-            assert!(((to - from).normalize().truncate() - ray.s).length() < 1e-13);
-            assert!((path.oval_height(x, y, jet.value) - h).abs() < 1e-11);
-            let moved = path.ray(y, jet.value + 1e-5, jet.slope).unwrap();
-            assert!(((path.height(&moved).0 - h) / 1e-5 - dh).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn a_flat_face_has_u_zero() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let ray = path.ray(DVec2::new(3.0, 4.0), 0.0, DVec2::ZERO).unwrap();
-            assert!(path.height(&ray).0.abs() < 1e-12);
-            assert!((ray.s - path.tangential).length() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn the_jacobians_agree_with_finite_differences() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(-17.0, 28.0), jet(-0.3));
-            let points = |at: DVec2| {
-                let jet = around(&jet, y, at);
-                let ray = path.ray(at, jet.value, jet.slope).unwrap();
-                let x = path.lens_point(at, &ray);
-                (x, x - path.tilt * path.height(&ray).0)
-            };
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let (lens, foot) = (path.lens_jacobian(&ray, &jet), path.footprint_jacobian(&ray, &jet));
-            for (axis, step) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
-                let (a, b) = (points(y + 1e-4 * step), points(y - 1e-4 * step));
-                assert!(((a.0 - b.0) / 2e-4 - lens.col(axis)).length() < 1e-9);
-                assert!(((a.1 - b.1) / 2e-4 - foot.col(axis)).length() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn the_variations_agree_with_finite_differences() {
-        let weights = DMat2::from_cols(DVec2::new(0.7, -0.2), DVec2::new(0.3, 1.2));
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(25.0, 9.0), jet(0.2));
-            let moved = |k: usize, step: f64| {
-                let mut jet = jet;
-                match k {
-                    0 => jet.value += step,
-                    1 | 2 => jet.slope[k - 1] += step,
-                    _ => jet.curvature[k - 3] += step,
-                }
-                let ray = path.ray(y, jet.value, jet.slope).unwrap();
-                let a = path.footprint_jacobian(&ray, &jet);
-                let x = path.lens_point(y, &ray);
-                (weights.col(0).dot(a.col(0)) + weights.col(1).dot(a.col(1)), x)
-            };
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let variation = path.footprint_variation(&ray, &jet, weights);
-            for k in 0..6 {
-                let step = 1e-6;
-                let (a, b) = (moved(k, step), moved(k, -step));
-                let difference = (a.0 - b.0) / (2.0 * step);
-                assert!(
-                    (variation[k] - difference).abs() < 1e-7 * (1.0 + difference.abs()),
-                    "component {k}: {} against {difference}",
-                    variation[k]
-                );
-                if k < 3 {
-                    for axis in 0..2 {
-                        let difference = (a.1 - b.1)[axis] / (2.0 * step);
-                        assert!((path.lens_point_variation(&ray, axis)[k] - difference).abs() < 1e-6);
-                    }
-                }
-            }
-        }
-    }
-}
+mod tests;
