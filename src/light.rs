@@ -133,6 +133,8 @@ pub(crate) struct Arrival {
     mu: f64,
     /// `a`, mm.
     depth_mm: f64,
+    /// Tangent of the ray's angle in air.
+    tangent: f64,
 }
 
 /// `B` and its derivatives.
@@ -204,6 +206,12 @@ impl PointWave {
     /// The wave at a point; none where no light of the source is.
     #[inline(always)]
     pub(crate) fn at(&self, x: DVec2, z: f64) -> Option<Arrival> {
+        self.near(x, z, None)
+    }
+
+    /// The same, found sooner from the wave at a point nearby.
+    #[inline(always)]
+    pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&Arrival>) -> Option<Arrival> {
         let (d, n) = (self.air_mm, self.index);
         let depth = self.sense * (z - self.origin_mm);
         // Also where the point is not a number.
@@ -215,7 +223,7 @@ impl PointWave {
         // With g the tangent of the angle in air: d g + a g / sqrt(n^2 + k g^2) = rho. The left side is concave for a > 0, and the start
         // lies on its left: Newton's steps grow towards the root. They end when the next would be below rounding.
         let (n2, k) = (n * n, n * n - 1.0);
-        let mut g = rho / (d + depth / n);
+        let mut g = nearby.map_or(rho / (d + depth / n), |nearby| nearby.tangent);
         for _ in 0..STEPS {
             let r2 = n2 + k * g * g;
             let r = r2.sqrt();
@@ -231,7 +239,14 @@ impl PointWave {
         let chi = d / air + depth / glass;
         let tangential = offset / chi;
         let phase = tangential.dot(offset) - d * mu / (1.0 + air) - depth * mu / (n + glass) + self.sense * n * z;
-        (chi > 0.0).then_some(Arrival { tangential, axial: self.sense * glass, phase_mm: phase, mu, depth_mm: depth })
+        (chi > 0.0).then_some(Arrival {
+            tangential,
+            axial: self.sense * glass,
+            phase_mm: phase,
+            mu,
+            depth_mm: depth,
+            tangent: g,
+        })
     }
 
     /// `chi` and its first two derivatives with respect to `mu`.

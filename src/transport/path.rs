@@ -171,8 +171,9 @@ impl OpticalPath {
         let c = c2.sqrt();
         let path = flat.phase_mm + self.kappa * u;
         let mut length = self.distance_mm / c;
+        let mut nearby = None;
         for _ in 0..STEPS {
-            let arrival = point.wave.at(y - length * s, self.distance_mm - length * c)?;
+            let arrival = point.wave.near(y - length * s, self.distance_mm - length * c, nearby.as_ref())?;
             let (tangential, axial) = (arrival.tangential, arrival.axial);
             let q = tangential.dot(s) + axial * c - 1.0;
             if !(q * self.kappa > 1e-9) {
@@ -186,6 +187,7 @@ impl OpticalPath {
                 let point = Some(PointRay { arrival, flat_bend });
                 return (length > 0.0).then_some(Ray { s, c, length, q, tangential, axial, tilt, point });
             }
+            nearby = Some(arrival);
         }
         None
     }
@@ -219,6 +221,16 @@ impl OpticalPath {
         let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
         outer(-ray.s, g) + DMat2::IDENTITY - h * (ray.length * self.kappa)
+    }
+
+    /// Up to a factor, the area of the lens that lights an area of the receiver on which this much light is wanted.
+    #[inline(always)]
+    pub(super) fn lens_area(&self, ray: &Ray, jet: &Jet, light: f64) -> f64 {
+        match ray.point {
+            // Parallel light is even: but for its obliquity, areas are what flux is.
+            None => light,
+            Some(_) => self.lens_jacobian(ray, jet).determinant(),
+        }
     }
 
     /// `dl/dy` along the receiver.
@@ -372,8 +384,9 @@ impl OpticalPath {
         let Some(flat) = point.flat.at(y, 0.0) else { return f64::NAN };
         let path = flat.phase_mm + self.kappa * u;
         let mut height = 0.0;
+        let mut nearby = None;
         for _ in 0..STEPS {
-            let Some(arrival) = point.wave.at(x, height) else { break };
+            let Some(arrival) = point.wave.near(x, height, nearby.as_ref()) else { break };
             let to = (y - x).extend(self.distance_mm - height);
             let length = to.length();
             let slope = arrival.axial - to.z / length;
@@ -385,6 +398,7 @@ impl OpticalPath {
             if step.abs() <= point.negligible_mm {
                 return height;
             }
+            nearby = Some(arrival);
         }
         f64::NAN
     }
