@@ -47,6 +47,14 @@ pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
     }
 }
 
+/// Names the source where a state's rays do not exist because of it.
+pub(super) fn explain(error: SolveError, bench: &Bench) -> SolveError {
+    match (error, bench.light()) {
+        (SolveError::Failed { .. }, Light::Point { position_mm, .. }) => SolveError::SourceTooNear { position_mm },
+        (error, _) => error,
+    }
+}
+
 /// Refuses a face that cuts through the entry face of its block, or rises past the lamp in front of its mirror.
 ///
 /// # Errors

@@ -230,6 +230,12 @@ fn every_bench_draws_the_picture() {
         ("mirror, source at 1 m", lit(mirror, DVec3::new(0.0, 0.0, 1000.0)), 0.012),
         ("mirror, source at 300 mm", lit(mirror, DVec3::new(0.0, 0.0, 300.0)), 0.012),
         ("oblique source", lit(glass, DVec3::new(60.0, -40.0, -300.0)), 0.015),
+        ("mirror, source at 20 mm", lit(mirror, DVec3::new(0.0, 0.0, 20.0)), 0.012),
+        (
+            "source 15 mm before the block",
+            glass.with_point_source(DVec3::new(0.0, 0.0, -75.0), 60.0, Intensity::Isotropic).unwrap(),
+            0.012,
+        ),
         (
             "oblique source, mirror, shifted",
             lit(mirror, DVec3::new(90.0, 30.0, 300.0))
@@ -276,11 +282,16 @@ fn the_face_for_a_far_source_is_that_for_parallel_light() {
 }
 
 #[test]
-fn a_block_too_thin_for_its_face_and_a_lamp_under_a_mirror_are_refused() {
+fn a_block_too_thin_for_its_face_and_a_source_too_near_are_refused() {
     let thin = bench(50.0, 40.0, 60.0, GLASS);
     let thin = thin.with_point_source(DVec3::new(0.0, 0.0, -60.0), 0.5, Intensity::Isotropic).unwrap();
     let error = Transport::default().solve(&picture(16, 16, 0.1), &thin, (33, 33), &Silent).unwrap_err();
     assert!(matches!(error, SolveError::ReachesLight { limit_mm: -0.5, .. }), "{error}");
+    for (face, z) in [(GLASS, -40.0), (ExitFace::Reflects, 10.0)] {
+        let near = lit(bench(50.0, 40.0, 120.0, face), DVec3::new(0.0, 0.0, z));
+        let error = Transport::default().solve(&picture(16, 16, 0.1), &near, (33, 33), &Silent).unwrap_err();
+        assert!(matches!(error, SolveError::SourceTooNear { position_mm } if position_mm.z == z), "{error}");
+    }
 }
 
 #[test]
