@@ -247,8 +247,8 @@ impl Bench {
         self.light
     }
 
-    /// Unit vector along which the light travels as it arrives at the structured face; if it comes from a point, at the middle of the
-    /// face.
+    /// Unit vector along which the light travels as it arrives at the structured face; if it comes from a point, at the
+    /// middle of the face.
     pub fn light_direction(&self) -> DVec3 {
         match self.light {
             Light::Parallel { direction } => direction,

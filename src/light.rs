@@ -2,23 +2,24 @@
 //!
 //! # The wave of a point source
 //!
-//! A source `d` in front of the planar entry face of a block of index `n` lights the point `X` of the exit face, `rho` to the side
-//! of the source and `a` behind the entry face. The tangential part `m` of the ray's direction times the index is the same on both
-//! sides of the entry face (Snell), so that with `mu = |m|^2`
+//! A source `d` in front of the planar entry face of a block of index `n` lights the point `X` of the exit face, `rho` to
+//! the side of the source and `a` behind the entry face. The tangential part `m` of the ray's direction times the index is
+//! the same on both sides of the entry face (Snell), so that with `mu = |m|^2`
 //!
 //! ```text
 //! X_t - P_t = chi m,     chi(mu, a) = d / sqrt(1 - mu) + a / sqrt(n^2 - mu)
 //! W = m . (X_t - P_t) + d sqrt(1 - mu) + a sqrt(n^2 - mu),     grad W = N = (m, sqrt(n^2 - mu))
 //! ```
 //!
-//! `W` being the phase (eikonal) and stationary in `m`. A mirror, lit from the receiver's side, is the case `d = 0`, `n = 1` with `a`
-//! counted from the source downwards and `N_z` negative. Nothing is paraxial.
+//! `W` being the phase (eikonal) and stationary in `m`. A mirror, lit from the receiver's side, is the case `d = 0`, `n =
+//! 1` with `a` counted from the source downwards and `N_z` negative. Nothing is paraxial.
 //!
 //! # Flux
 //!
-//! The footprint `F = C psi(mu) m` measures flux: equal areas carry equal flux. For constant intensity it is Lambert's equal-area
-//! projection of the solid angle, `psi = sqrt(2 / (1 + sqrt(1 - mu)))`; for a Lambertian source `psi = 1`. `C` gives it the area of
-//! the block. Over the block it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x) m`.
+//! The footprint `F = C psi(mu) m` measures flux: equal areas carry equal flux. For constant intensity it is Lambert's
+//! equal-area projection of the solid angle, `psi = sqrt(2 / (1 + sqrt(1 - mu)))`; for a Lambertian source `psi = 1`. `C`
+//! gives it the area of the block. Over the block it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x)
+//! m`.
 
 use crate::{
     bench::{Bench, ExitFace},
@@ -38,8 +39,8 @@ pub enum Light {
     Point {
         /// The source, mm in the bench's frame: in front of the entry face of glass, in front of a mirror.
         position_mm: DVec3,
-        /// From the planar entry face of glass to the mean exit plane, mm: the entry face lies at `z = -thickness_mm`. A mirror has
-        /// no use for it.
+        /// From the planar entry face of glass to the mean exit plane, mm: the entry face lies at `z = -thickness_mm`. A
+        /// mirror has no use for it.
         thickness_mm: f64,
         /// How the source emits.
         intensity: Intensity,
@@ -149,8 +150,8 @@ pub(crate) struct Footprint {
 }
 
 impl PointWave {
-    /// Least `air + a / n` at which light counts as coming from the source, mm. A relief that cuts through the entry face, on the way
-    /// to a solution, is lit by the wave continued backwards.
+    /// Least `air + a / n` at which light counts as coming from the source, mm. A relief that cuts through the entry face,
+    /// on the way to a solution, is lit by the wave continued backwards.
     const LEAST_MM: f64 = 1e-3;
 
     /// The wave of a bench with a point source.
@@ -214,14 +215,16 @@ impl PointWave {
     pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&Arrival>) -> Option<Arrival> {
         let (d, n) = (self.air_mm, self.index);
         let depth = self.sense * (z - self.origin_mm);
-        // Also where the point is not a number.
-        if !(d + depth / n > Self::LEAST_MM) {
+        // False, too, where the point is not a number.
+        let lit = d + depth / n > Self::LEAST_MM;
+        if !lit {
             return None;
         }
         let offset = x - self.source;
         let rho = offset.length();
-        // With g the tangent of the angle in air: d g + a g / sqrt(n^2 + k g^2) = rho. The left side is concave for a > 0, and the start
-        // lies on its left: Newton's steps grow towards the root. They end when the next would be below rounding.
+        // With g the tangent of the angle in air: d g + a g / sqrt(n^2 + k g^2) = rho, whose left side is concave for a > 0.
+        // Newton's steps grow towards the root from below, where at most the first of them leads. They end when the next would
+        // be below rounding.
         let (n2, k) = (n * n, n * n - 1.0);
         let mut g = nearby.map_or(rho / (d + depth / n), |nearby| nearby.tangent);
         for _ in 0..STEPS {

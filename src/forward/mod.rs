@@ -1,7 +1,7 @@
 //! Forward caustics (section 2.1 of the paper): cast the photon mesh through a height field and weigh its beams.
 //!
-//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline with
-//! the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
+//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline
+//! with the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
 
 mod splat;
 
@@ -188,7 +188,8 @@ mod tests {
 
     #[test]
     fn a_flat_mirror_shows_a_point_source_behind_itself() {
-        // The image lies 60 mm behind the mirror; its light falls off with the cube of the cosine over the square of the distance.
+        // The image lies 60 mm behind the mirror; its light falls off with the cube of the cosine over the square of the
+        // distance.
         let near = Bench::new(BLOCK, 90.0, ExitFace::Reflects).unwrap();
         for (intensity, power) in [(Intensity::Isotropic, 1.5), (Intensity::Lambertian, 2.0)] {
             let source = DVec3::new(12.0, -5.0, 60.0);

@@ -8,24 +8,24 @@
 //! b(y) = N . X + |Y - X|,      s = grad b = (y - x) / |Y - X|,      c = sqrt(1 - |s|^2)
 //! ```
 //!
-//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b` itself
-//! `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
+//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b`
+//! itself `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
 //!
 //! # A source at a finite distance
 //!
-//! The phase is that of [`PointWave`], `W(X)` in place of `N . X`, with `N = grad W` at the point: `l` is the root of
-//! `W(Y - l (s, c)) + l = b`. Its first derivatives are those of parallel light along the local `N`. So is the jacobian of the
-//! footprint, but for the factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad b)`. Its variation has, besides, the
-//! terms by which `N` and `B` follow the point `X`. The reference is again the flat face, behind which the wave goes on as a wave of
-//! the same kind: `b = b_flat(y) + kappa u`.
+//! The phase is that of [`PointWave`](crate::light::PointWave), `W(X)` in place of `N . X`, with `N = grad W` at the point:
+//! `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are those of parallel light along the local `N`. So
+//! is the jacobian of the footprint, but for the factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad
+//! b)`. Its variation has, besides, the terms by which `N` and `B` follow the point `X`. The reference is again the flat
+//! face, behind which the wave goes on as a wave of the same kind: `b = b_flat(y) + kappa u`.
 //!
-//! No other file notices.
+//! The equation does not notice: `footprint_jacobian` has it all.
 
-use crate::{
-    bench::Bench,
-    light::{Arrival, PointWave, outer},
-};
+mod point;
+
+use crate::{bench::Bench, light::outer};
 use glam::{DMat2, DVec2, DVec3};
+use point::{PointRay, PointSource};
 
 /// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,15 +59,6 @@ pub(super) struct OpticalPath {
     point: Option<PointSource>,
 }
 
-/// The wave of a point source, and how it goes on behind a flat face.
-#[derive(Clone, Copy, Debug)]
-struct PointSource {
-    wave: PointWave,
-    flat: PointWave,
-    /// Steps of `l` and of heights that are below rounding, mm.
-    negligible_mm: f64,
-}
-
 /// The ray that lands on one point of the receiver.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
@@ -84,17 +75,6 @@ pub(super) struct Ray {
     point: Option<PointRay>,
 }
 
-/// What a ray knows of its source.
-#[derive(Clone, Copy, Debug)]
-struct PointRay {
-    arrival: Arrival,
-    /// Second derivatives of `b_flat`, over kappa.
-    flat_bend: DMat2,
-}
-
-/// Most Newton steps for the length of a ray or the height of an oval.
-const STEPS: usize = 30;
-
 impl OpticalPath {
     pub(super) fn new(bench: &Bench) -> Self {
         let index = bench.exit_face().ior();
@@ -109,11 +89,7 @@ impl OpticalPath {
             kappa: n.z - flat_cos,
             flat_cos,
             tilt: tangential / n.z,
-            point: PointWave::of(bench).map(|wave| PointSource {
-                wave,
-                flat: wave.continued(bench.distance_mm()),
-                negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm(),
-            }),
+            point: PointSource::of(bench),
         }
     }
 
@@ -156,40 +132,6 @@ impl OpticalPath {
             tilt: self.tilt,
             point: None,
         })
-    }
-
-    /// The same in the light of a point source. Along a straight line `W + l` is convex, and on real rays monotone: Newton's
-    /// iteration for `l` cannot miss.
-    fn ray_from(&self, point: &PointSource, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
-        let flat = point.flat.at(y, 0.0)?;
-        let s = flat.tangential + self.kappa * slope;
-        let c2 = 1.0 - s.length_squared();
-        // Also where it is not a number.
-        if !(c2 > 1e-6) {
-            return None;
-        }
-        let c = c2.sqrt();
-        let path = flat.phase_mm + self.kappa * u;
-        let mut length = self.distance_mm / c;
-        let mut nearby = None;
-        for _ in 0..STEPS {
-            let arrival = point.wave.near(y - length * s, self.distance_mm - length * c, nearby.as_ref())?;
-            let (tangential, axial) = (arrival.tangential, arrival.axial);
-            let q = tangential.dot(s) + axial * c - 1.0;
-            if !(q * self.kappa > 1e-9) {
-                return None;
-            }
-            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / q;
-            length += step;
-            if step.abs() <= point.negligible_mm {
-                let flat_bend = point.flat.bend(&flat) * (1.0 / self.kappa);
-                let tilt = tangential / axial;
-                let point = Some(PointRay { arrival, flat_bend });
-                return (length > 0.0).then_some(Ray { s, c, length, q, tangential, axial, tilt, point });
-            }
-            nearby = Some(arrival);
-        }
-        None
     }
 
     /// The ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send it there.
@@ -322,33 +264,6 @@ impl OpticalPath {
         ]
     }
 
-    /// Derivatives of `sum_ij w_ij A_ij` in the light of a point source.
-    ///
-    /// `X` moves the footprint's direction by `dm = M^-1 (-dl e - l E ds)`, `M^-1 = dm/dX_t`, which turns `N` and with it `tilt`, `e`,
-    /// `E`, `q`, `dq` and `B`; `B` also follows the height of `X`.
-    fn footprint_variation_from(&self, point: &PointSource, of: &PointRay, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
-        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
-        let footprint = point.wave.footprint(&of.arrival);
-        let (by_m, by_z) = footprint.variation(w * self.crossing_jacobian(ray, jet).transpose());
-        let w = footprint.matrix() * w;
-        let h = bend(ray, jet) * self.kappa;
-        let g = (n - s) / q + h * self.dl_ds(ray);
-        let (e, de) = self.footprint_direction(ray);
-        let v = w.transpose() * e;
-        let hv = h * v;
-        let of_tilt = w * (g * c - h * s * (length / c));
-        let of_q = (v.dot(n - s) - length * hv.dot(self.dq_ds(ray))) / (q * q);
-        let of_n = (of_tilt + tilt * tilt.dot(of_tilt)) / axial - v / q + e * of_q + de * hv * (length / q) + by_m;
-        let of_crossing = point.wave.bend(&of.arrival) * of_n;
-        let of_l = -of_crossing.dot(e) - by_z * c;
-        let of_s = self.dl_ds(ray) * of_l - (de.transpose() * of_crossing) * length + s * (by_z * length / c);
-        let mut variation = self.crossing_variation(ray, jet, w);
-        variation[0] -= of_l * self.kappa / q;
-        variation[1] += of_s.x * self.kappa;
-        variation[2] += of_s.y * self.kappa;
-        variation
-    }
-
     /// Derivatives of the lens point's component along `axis` with respect to `u, u_x, u_y`.
     pub(super) fn lens_point_variation(&self, ray: &Ray, axis: usize) -> [f64; 3] {
         let s = ray.s[axis];
@@ -360,8 +275,8 @@ impl OpticalPath {
 
     /// The height over `x` of the face that sends all of its light to `y` with this path: the Cartesian oval through `x`.
     ///
-    /// From `(q' - N_z h)^2 = |x - y|^2 + (D - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where the
-    /// oval does not reach over `x`.
+    /// From `(q' - N_z h)^2 = |x - y|^2 + (D - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where
+    /// the oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
         if let Some(point) = &self.point {
@@ -379,31 +294,8 @@ impl OpticalPath {
         constant / (half + half.signum() * root)
     }
 
-    /// The same in the light of a point source: the root of `W(x, h) + |Y - (x, h)| = b`, which is convex in `h`.
-    fn oval_height_from(&self, point: &PointSource, x: DVec2, y: DVec2, u: f64) -> f64 {
-        let Some(flat) = point.flat.at(y, 0.0) else { return f64::NAN };
-        let path = flat.phase_mm + self.kappa * u;
-        let mut height = 0.0;
-        let mut nearby = None;
-        for _ in 0..STEPS {
-            let Some(arrival) = point.wave.near(x, height, nearby.as_ref()) else { break };
-            let to = (y - x).extend(self.distance_mm - height);
-            let length = to.length();
-            let slope = arrival.axial - to.z / length;
-            if !(slope * self.kappa > 0.0) {
-                break;
-            }
-            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / slope;
-            height -= step;
-            if step.abs() <= point.negligible_mm {
-                return height;
-            }
-            nearby = Some(arrival);
-        }
-        f64::NAN
-    }
-
-    /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a mirror.
+    /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a
+    /// mirror.
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
         if self.kappa > 0.0 { height > other } else { height < other }

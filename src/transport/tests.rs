@@ -50,7 +50,8 @@ fn lit(bench: Bench, position_mm: DVec3) -> Bench {
     bench.with_point_source(position_mm, 30.0, Intensity::Isotropic).unwrap()
 }
 
-/// A point source over the axis, and the window onto which a flat face maps the lens: a mirror does, and glass without thickness.
+/// A point source over the axis, and the window onto which a flat face maps the lens: a mirror does, and glass without
+/// thickness.
 fn projected(bench: Bench) -> Bench {
     let (far, thickness) = (70.0, Bench::THICKNESS_LIMITS_MM.0);
     let z = if bench.exit_face() == GLASS { -far - thickness } else { far };
@@ -60,8 +61,8 @@ fn projected(bench: Bench) -> Bench {
     bench.with_point_source(DVec3::new(0.0, 0.0, z), thickness, Intensity::Isotropic).unwrap()
 }
 
-/// An unknown without slope on the border, and so a map of the window onto an equal lens. In the light of a point source, one that is
-/// 0 there, so that the border is mapped as by a flat face.
+/// An unknown without slope on the border, and so a map of the window onto an equal lens. In the light of a point source,
+/// one that is 0 there, so that the border is mapped as by a flat face.
 fn manufactured(bench: &Bench, y: DVec2) -> Jet {
     if let Light::Point { .. } = bench.light() {
         let k = TAU / bench.window().as_vec();
