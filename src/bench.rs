@@ -1,6 +1,9 @@
 //! The optical bench: how light arrives, what the exit face does to it, and where the receiver stands.
 
-use crate::grid::Extent;
+use crate::{
+    grid::Extent,
+    light::{Incidence, Intensity, Light},
+};
 use glam::{DVec2, DVec3};
 
 /// What the structured face does to the light.
@@ -57,6 +60,29 @@ pub enum BenchError {
         /// The refused direction.
         direction: DVec3,
     },
+    /// The source lies in the block, behind the mirror, or so close to it that it touches.
+    #[error("the light source at z = {z_mm} mm must lie {side} z = {limit_mm} mm, {face}: move it away from the block")]
+    SourcePlace {
+        /// Its place on the bench's axis, mm.
+        z_mm: f64,
+        /// On which side of the limit it must lie.
+        side: &'static str,
+        /// The limit, mm.
+        limit_mm: f64,
+        /// What the limit is.
+        face: &'static str,
+    },
+    /// Some part of the block is lit at a grazing angle.
+    #[error(
+        "light from the source meets the block at {angle_deg:.1} degrees to its axis at x = {:.2} mm, y = {:.2} mm; at most {} degrees are accepted: move the source further away, or closer to the axis",
+        at_mm.x, at_mm.y, Bench::GREATEST_INCIDENCE_DEG
+    )]
+    Grazing {
+        /// Where on the block, mm.
+        at_mm: DVec2,
+        /// Angle to the axis, in air, degrees.
+        angle_deg: f64,
+    },
 }
 
 /// A validated bench. See the [frame](crate#frame-units-signs).
@@ -67,7 +93,7 @@ pub struct Bench {
     window_centre_mm: DVec2,
     distance_mm: f64,
     exit_face: ExitFace,
-    light_direction: DVec3,
+    light: Light,
 }
 
 impl Bench {
@@ -77,6 +103,12 @@ impl Bench {
     pub const DISTANCE_LIMITS_MM: (f64, f64) = (1.0, 1_000_000.0);
     /// Accepted refractive indices. Below the lower one the relief would be deeper than any block.
     pub const IOR_LIMITS: (f64, f64) = (1.01, 4.0);
+    /// Accepted thicknesses of a block in the light of a point source, from its entry face to the mean exit plane, mm.
+    pub const THICKNESS_LIMITS_MM: (f64, f64) = (0.1, 10_000.0);
+    /// Least distance of a point source from the entry face, or from the mean plane of a mirror, mm.
+    pub const LEAST_SOURCE_MM: f64 = 1.0;
+    /// Greatest angle to the axis at which light from a point source may meet the block, degrees.
+    pub const GREATEST_INCIDENCE_DEG: f64 = 75.0;
 
     /// A bench with parallel light along the axis and a receiver window as large as the block.
     ///
@@ -86,7 +118,7 @@ impl Bench {
         length("the width of the block", block.width_mm, Self::SIZE_LIMITS_MM)?;
         length("the height of the block", block.height_mm, Self::SIZE_LIMITS_MM)?;
         length("the distance to the receiver", distance_mm, Self::DISTANCE_LIMITS_MM)?;
-        let light_direction = match exit_face {
+        let direction = match exit_face {
             ExitFace::Refracts { ior } => {
                 if !(Self::IOR_LIMITS.0..=Self::IOR_LIMITS.1).contains(&ior) {
                     return Err(BenchError::Index { ior });
@@ -95,7 +127,8 @@ impl Bench {
             }
             ExitFace::Reflects => DVec3::NEG_Z,
         };
-        Ok(Self { block, window: block, window_centre_mm: DVec2::ZERO, distance_mm, exit_face, light_direction })
+        let light = Light::Parallel { direction };
+        Ok(Self { block, window: block, window_centre_mm: DVec2::ZERO, distance_mm, exit_face, light })
     }
 
     /// The same bench with the picture drawn on another part of the receiver.
@@ -127,7 +160,60 @@ impl Bench {
         if !unit.is_finite() || towards.is_nan() || towards < 1e-3 {
             return Err(BenchError::Direction { direction });
         }
-        self.light_direction = unit;
+        self.light = Light::Parallel { direction: unit };
+        Ok(self)
+    }
+
+    /// The same bench in the light of a point source at `position_mm`: for glass, in front of the entry face, which lies at
+    /// `z = -thickness_mm`; for a mirror, in front of the mirror, where the thickness has no meaning and is not looked at.
+    ///
+    /// # Errors
+    /// A length out of its limits, a source in or next to the block, or light that would graze the block.
+    pub fn with_point_source(
+        mut self,
+        position_mm: DVec3,
+        thickness_mm: f64,
+        intensity: Intensity,
+    ) -> Result<Self, BenchError> {
+        let reach = Self::DISTANCE_LIMITS_MM.1;
+        length("the place of the light source along x", position_mm.x, (-reach, reach))?;
+        length("the place of the light source along y", position_mm.y, (-reach, reach))?;
+        length("the place of the light source along z", position_mm.z, (-reach, reach))?;
+        let z_mm = position_mm.z;
+        match self.exit_face {
+            ExitFace::Refracts { .. } => {
+                length("the thickness of the block", thickness_mm, Self::THICKNESS_LIMITS_MM)?;
+                let limit_mm = -thickness_mm - Self::LEAST_SOURCE_MM;
+                if z_mm > limit_mm {
+                    let face = "in front of the entry face";
+                    return Err(BenchError::SourcePlace { z_mm, side: "below", limit_mm, face });
+                }
+            }
+            ExitFace::Reflects => {
+                let limit_mm = Self::LEAST_SOURCE_MM;
+                if z_mm < limit_mm {
+                    return Err(BenchError::SourcePlace {
+                        z_mm,
+                        side: "above",
+                        limit_mm,
+                        face: "in front of the mirror",
+                    });
+                }
+            }
+        }
+        self.light = Light::Point { position_mm, thickness_mm, intensity };
+        // The angle is greatest at a corner.
+        let light = Incidence::of(&self);
+        let worst = (0..4)
+            .map(|k| {
+                let at_mm = self.block.node(k % 2, k / 2, 2, 2);
+                let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
+                (at_mm, (inside * self.exit_face.ior()).asin().to_degrees())
+            })
+            .fold((DVec2::ZERO, 0.0), |worst, corner| if corner.1 > worst.1 { corner } else { worst });
+        if worst.1 > Self::GREATEST_INCIDENCE_DEG {
+            return Err(BenchError::Grazing { at_mm: worst.0, angle_deg: worst.1 });
+        }
         Ok(self)
     }
 
@@ -156,9 +242,18 @@ impl Bench {
         self.exit_face
     }
 
-    /// Unit vector along which the light travels as it arrives at the structured face.
+    /// The light that arrives.
+    pub fn light(&self) -> Light {
+        self.light
+    }
+
+    /// Unit vector along which the light travels as it arrives at the structured face; if it comes from a point, at the
+    /// middle of the face.
     pub fn light_direction(&self) -> DVec3 {
-        self.light_direction
+        match self.light {
+            Light::Parallel { direction } => direction,
+            Light::Point { .. } => Incidence::of(self).at(DVec3::ZERO).direction,
+        }
     }
 }
 
@@ -189,5 +284,29 @@ mod tests {
         let bench = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
         assert!(bench.with_light_direction(DVec3::NEG_Z).is_err());
         assert!(bench.with_light_direction(DVec3::NAN).is_err());
+    }
+
+    #[test]
+    fn a_source_must_stand_off_the_block_and_not_graze_it() {
+        let glass = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
+        let mirror = Bench::new(BLOCK, 250.0, ExitFace::Reflects).unwrap();
+        let lit = |bench: Bench, at: DVec3, thickness| bench.with_point_source(at, thickness, Intensity::Isotropic);
+        let axis = |z: f64| DVec3::new(0.0, 0.0, z);
+        assert!(lit(glass, axis(-60.0), 20.0).is_ok() && lit(mirror, axis(60.0), f64::NAN).is_ok());
+        for (bench, z) in [(glass, 60.0), (glass, -20.5), (glass, -1.0), (mirror, -60.0), (mirror, 0.5)] {
+            let error = lit(bench, axis(z), 20.0).unwrap_err();
+            assert!(matches!(error, BenchError::SourcePlace { z_mm, .. } if z_mm == z), "{error}");
+        }
+        // 64 mm to the corner, over 5 mm of air.
+        let error = lit(glass, axis(-25.0), 20.0).unwrap_err();
+        assert!(matches!(error, BenchError::Grazing { angle_deg, .. } if angle_deg > 80.0), "{error}");
+        let error = lit(mirror, DVec3::new(500.0, 0.0, 100.0), 20.0).unwrap_err().to_string();
+        assert!(error.contains("79.7 degrees") && error.contains("at most 75 degrees"), "{error}");
+        for (at, thickness) in [(DVec3::NAN, 20.0), (axis(-2e6), 20.0), (axis(-60.0), f64::NAN), (axis(-60.0), 0.0)] {
+            assert!(matches!(lit(glass, at, thickness), Err(BenchError::Length { .. })));
+        }
+        // At the middle of the face, an oblique source shines along the refracted ray.
+        let bench = lit(mirror, DVec3::new(30.0, 0.0, 40.0), 0.0).unwrap();
+        assert!((bench.light_direction() - DVec3::new(-0.6, 0.0, -0.8)).length() < 1e-15);
     }
 }

@@ -23,6 +23,7 @@ pub mod export;
 pub mod fabricate;
 pub mod forward;
 pub mod grid;
+pub mod light;
 pub mod materials;
 pub mod optics;
 pub mod optim;

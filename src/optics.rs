@@ -59,9 +59,14 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The face of this bench in its parallel light.
+    /// The face of this bench in its parallel light; in the light of a point source, as that arrives at the middle of the face.
     pub fn of(bench: &Bench) -> Self {
-        Self { incident: -bench.light_direction(), face: bench.exit_face() }
+        Self::new(bench.exit_face(), bench.light_direction())
+    }
+
+    /// A face in light that travels along the unit vector `light`.
+    pub fn new(face: ExitFace, light: DVec3) -> Self {
+        Self { incident: -light, face }
     }
 
     /// Unit vector from the face towards where the light comes from.

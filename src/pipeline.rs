@@ -3,6 +3,7 @@
 use crate::{
     bench::Bench,
     grid::{Extent, Field},
+    light::Incidence,
     optics::Interface,
     optim::Summary,
     solid::{Shape, Solid, SolidError, Stock},
@@ -126,12 +127,15 @@ const MOST_TRAPPED: f64 = 0.01;
 
 fn check_light_leaves(surface: &HeightField, bench: &Bench) -> Result<(), DesignError> {
     let slopes = SurfaceSpline::through(surface).node_slopes();
-    let (nx, face) = (slopes.nx(), Interface::of(bench));
+    let (nx, light) = (slopes.nx(), Incidence::of(bench));
     let (mut trapped, mut sum) = (0_usize, DVec2::ZERO);
     for (k, &slope) in slopes.as_slice().iter().enumerate() {
+        let at = surface.extent().node(k % nx, k / nx, nx, slopes.ny());
+        let incoming = light.at(at.extend(surface.heights_mm().as_slice()[k]));
+        let face = Interface::new(bench.exit_face(), incoming.direction);
         if face.exitant(slope).is_none_or(|direction| direction.z <= 0.0) {
             trapped += 1;
-            sum += surface.extent().node(k % nx, k / nx, nx, slopes.ny());
+            sum += at;
         }
     }
     let share = trapped as f64 / slopes.as_slice().len() as f64;

@@ -1,7 +1,7 @@
 //! What every solver of the inverse problem takes and gives.
 
 use crate::{bench::Bench, grid::Field, optim::Summary, surface::HeightField, target::TargetIrradiance};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// Watches a long computation. Calls come from the thread that started it.
 pub trait Progress {
@@ -55,6 +55,27 @@ pub enum SolveError {
         height_mm: f64,
         /// Distance of the receiver, mm.
         distance_mm: f64,
+    },
+    /// The surface would cut through the entry face of its block, or rise past the source of its light.
+    #[error(
+        "the exit face would extend to z = {height_mm:.1} mm, past the {what} at z = {limit_mm:.1} mm: take a thicker block, or move receiver and light further away"
+    )]
+    ReachesLight {
+        /// Lowest point of a face of glass, highest one of a mirror, mm.
+        height_mm: f64,
+        /// Where the light comes from, mm.
+        limit_mm: f64,
+        /// What is there.
+        what: &'static str,
+    },
+    /// The light would have to be turned by more than a face between its source and the receiver can.
+    #[error(
+        "no face was found that draws this picture with the light source at ({}, {}, {}) mm: move the source further away, take a thicker block, or move the receiver further away",
+        position_mm.x, position_mm.y, position_mm.z
+    )]
+    SourceTooNear {
+        /// The source, mm.
+        position_mm: DVec3,
     },
     /// The bench asks for something this solver does not do.
     #[error("the {solver} solver does not do {what}")]

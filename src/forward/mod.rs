@@ -1,11 +1,17 @@
 //! Forward caustics (section 2.1 of the paper): cast the photon mesh through a height field and weigh its beams.
 //!
-//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline with
-//! the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
+//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline
+//! with the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
 
 mod splat;
 
-use crate::{bench::Bench, grid::Field, optics::Interface, surface::SurfaceSpline};
+use crate::{
+    bench::Bench,
+    grid::Field,
+    light::{Incidence, Incoming},
+    optics::Interface,
+    surface::SurfaceSpline,
+};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use splat::Film;
@@ -17,6 +23,16 @@ pub enum Geometry {
     NormalMappedPlane,
     /// On the surface itself.
     Displaced,
+}
+
+impl Geometry {
+    /// Where light leaves, for a face of this height over `x`, mm.
+    fn point(self, x: DVec2, height_mm: f64) -> DVec3 {
+        x.extend(match self {
+            Self::NormalMappedPlane => 0.0,
+            Self::Displaced => height_mm,
+        })
+    }
 }
 
 /// What the receiver gets.
@@ -36,11 +52,12 @@ pub struct Caustic {
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
 /// edge. Not finite where the light is totally reflected.
 pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
-    let (lattice, face) = (spline.lattice(nx, ny), Interface::of(bench));
+    let (lattice, light) = (spline.lattice(nx, ny), Incidence::of(bench));
     let mut mesh = vec![DVec2::ZERO; nx * ny];
     mesh.par_chunks_mut(nx).enumerate().for_each_init(Vec::new, |scratch, (j, out)| {
         lattice.row(j, scratch, |i, height, slope| {
-            out[i] = land(&face, bench, geometry, bench.block().node(i, j, nx, ny), height, slope);
+            let from = geometry.point(bench.block().node(i, j, nx, ny), height);
+            out[i] = land(&light.at(from), bench, from, slope);
         });
     });
     Field::from_vec(nx, ny, mesh)
@@ -58,7 +75,7 @@ pub fn irradiance(
     cells: (usize, usize),
 ) -> Caustic {
     let (nx, ny) = beams;
-    let (lattice, face) = (spline.lattice(nx + 1, ny + 1), Interface::of(bench));
+    let (lattice, light) = (spline.lattice(nx + 1, ny + 1), Incidence::of(bench));
     let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
     let origin = bench.window_centre_mm() + bench.window().lower();
     // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
@@ -71,9 +88,10 @@ pub fn irradiance(
             let mut scratch = Vec::new();
             for j in begin..=end {
                 lattice.row(j, &mut scratch, |i, height, slope| {
-                    let from = bench.block().node(i, j, nx + 1, ny + 1);
-                    let at = (land(&face, bench, geometry, from, height, slope) - origin) * scale;
-                    corners.push(Corner { at, flux: flux(bench, slope) });
+                    let from = geometry.point(bench.block().node(i, j, nx + 1, ny + 1), height);
+                    let incoming = light.at(from);
+                    let at = (land(&incoming, bench, from, slope) - origin) * scale;
+                    corners.push(Corner { at, flux: incoming.flux(slope) });
                 });
             }
             Film::of_band(&corners, nx + 1, cells)
@@ -109,19 +127,12 @@ struct Corner {
     flux: f64,
 }
 
-/// Flux through the surface per unit of area in the xy plane, relative to light that arrives along the axis.
-fn flux(bench: &Bench, slope: DVec2) -> f64 {
-    bench.light_direction().dot(DVec3::new(-slope.x, -slope.y, 1.0)).abs()
-}
-
-/// Where the ray that leaves the block above `from` lands, mm; not finite if it is totally reflected.
-fn land(face: &Interface, bench: &Bench, geometry: Geometry, from: DVec2, height_mm: f64, slope: DVec2) -> DVec2 {
-    let z = match geometry {
-        Geometry::NormalMappedPlane => 0.0,
-        Geometry::Displaced => height_mm,
-    };
-    match face.exitant(slope) {
-        Some(exitant) if exitant.z > 0.0 => from + exitant.truncate() * ((bench.distance_mm() - z) / exitant.z),
+/// Where the ray that leaves the block at `from` lands, mm; not finite if it is totally reflected.
+fn land(incoming: &Incoming, bench: &Bench, from: DVec3, slope: DVec2) -> DVec2 {
+    match Interface::new(bench.exit_face(), incoming.direction).exitant(slope) {
+        Some(exitant) if exitant.z > 0.0 => {
+            from.truncate() + exitant.truncate() * ((bench.distance_mm() - from.z) / exitant.z)
+        }
         _ => DVec2::NAN,
     }
 }
@@ -129,7 +140,7 @@ fn land(face: &Interface, bench: &Bench, geometry: Geometry, from: DVec2, height
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{bench::ExitFace, grid::Extent, surface::HeightField};
+    use crate::{bench::ExitFace, grid::Extent, light::Intensity, surface::HeightField};
 
     const BLOCK: Extent = Extent::new(40.0, 30.0);
 
@@ -171,6 +182,27 @@ mod tests {
                     let wanted = from + DVec2::new((200.0 - lever * from.x) * deflection.tan(), 0.0);
                     assert!((mesh[(i, j)] - wanted).length() < 1e-9, "{} against {wanted}", mesh[(i, j)]);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn a_flat_mirror_shows_a_point_source_behind_itself() {
+        // The image lies 60 mm behind the mirror; its light falls off with the cube of the cosine over the square of the
+        // distance.
+        let near = Bench::new(BLOCK, 90.0, ExitFace::Reflects).unwrap();
+        for (intensity, power) in [(Intensity::Isotropic, 1.5), (Intensity::Lambertian, 2.0)] {
+            let source = DVec3::new(12.0, -5.0, 60.0);
+            let bench = near.with_point_source(source, 0.0, intensity).unwrap();
+            let caustic = irradiance(&spline(|_| 0.0), &bench, Geometry::Displaced, (800, 600), (20, 15));
+            let fall_off = |i: usize, j: usize| {
+                let at = BLOCK.lower() + DVec2::new(i as f64 + 0.5, j as f64 + 0.5) * 2.0;
+                (1.0 + (at - source.truncate()).length_squared() / (150.0 * 150.0)).powf(-power)
+            };
+            let scale = caustic.irradiance[(10, 7)] / fall_off(10, 7);
+            for (i, j) in [(0, 0), (19, 0), (4, 11), (19, 14)] {
+                let got = caustic.irradiance[(i, j)] / (scale * fall_off(i, j));
+                assert!((got - 1.0).abs() < 2e-4, "{intensity:?} {i} {j}: {got}");
             }
         }
     }

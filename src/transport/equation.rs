@@ -107,9 +107,10 @@ impl<'a> Equation<'a> {
                     let weight = trapezoid(i, nx) * trapezoid(j, ny);
                     let (height, by_u) = self.path.height(&ray);
                     sums[0] += residual * residual;
-                    sums[1] += weight * light[i] * height;
-                    sums[2] += weight * light[i] * by_u;
-                    sums[3] += weight * light[i];
+                    let area = self.path.lens_area(&ray, &jet, light[i]);
+                    sums[1] += weight * area * height;
+                    sums[2] += weight * area * by_u;
+                    sums[3] += weight * area;
                     if let Some(rows) = rows.as_deref_mut() {
                         let d = self.path.footprint_variation(&ray, &jet, self.scaled(slope));
                         rows[i] = [d[0], d[1], d[2], d[3], d[4], d[5], of_mu].map(|v| v as f32);

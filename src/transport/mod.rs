@@ -2,6 +2,7 @@
 
 mod carry;
 mod equation;
+mod height;
 mod krylov;
 mod light;
 mod newton;
@@ -44,8 +45,11 @@ impl Solver for Transport {
         self.options.validate().map_err(|error| SolveError::Unsupported { solver: NAME, what: error.to_string() })?;
         let mut summary = Summary::default();
         start::check(bench)?;
-        let solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)?;
+        let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)
+            .map_err(|error| start::explain(error, bench))?;
+        height::settle(&mut solved, bench, nodes, &mut summary);
         let (surface, light) = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
+        start::check_light_reaches(&surface, bench)?;
         Ok(Solution { surface, light: Some(light), summary })
     }
 }

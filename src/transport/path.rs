@@ -8,14 +8,24 @@
 //! b(y) = N . X + |Y - X|,      s = grad b = (y - x) / |Y - X|,      c = sqrt(1 - |s|^2)
 //! ```
 //!
-//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b` itself
-//! `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
+//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b`
+//! itself `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
 //!
-//! A source at a finite distance would change two things here: `l`, the root of a quadratic, and the footprint, which measures
-//! flux. No other file would notice.
+//! # A source at a finite distance
+//!
+//! The phase is that of [`PointWave`](crate::light::PointWave), `W(X)` in place of `N . X`, with `N = grad W` at the point:
+//! `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are those of parallel light along the local `N`. So
+//! is the jacobian of the footprint, but for the factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad
+//! b)`. Its variation has, besides, the terms by which `N` and `B` follow the point `X`. The reference is again the flat
+//! face, behind which the wave goes on as a wave of the same kind: `b = b_flat(y) + kappa u`.
+//!
+//! The equation does not notice: `footprint_jacobian` has it all.
 
-use crate::bench::Bench;
+mod point;
+
+use crate::{bench::Bench, light::outer};
 use glam::{DMat2, DVec2, DVec3};
+use point::{PointRay, PointSource};
 
 /// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
 #[derive(Clone, Copy, Debug, Default)]
@@ -45,6 +55,8 @@ pub(super) struct OpticalPath {
     flat_cos: f64,
     /// Tangent of the incidence: light that passes `(x, h)` crosses the plane `z = 0` at `x - tilt h`.
     tilt: DVec2,
+    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of the middle of the face.
+    point: Option<PointSource>,
 }
 
 /// The ray that lands on one point of the receiver.
@@ -56,6 +68,11 @@ pub(super) struct Ray {
     /// Its length from the block to the receiver, mm.
     length: f64,
     q: f64,
+    /// `N` where it leaves the block, and its tangent.
+    tangential: DVec2,
+    axial: f64,
+    tilt: DVec2,
+    point: Option<PointRay>,
 }
 
 impl OpticalPath {
@@ -72,6 +89,7 @@ impl OpticalPath {
             kappa: n.z - flat_cos,
             flat_cos,
             tilt: tangential / n.z,
+            point: PointSource::of(bench),
         }
     }
 
@@ -84,26 +102,46 @@ impl OpticalPath {
     }
 
     /// The gradient of `u` for which the light arrives at `y` with the tangential direction `s`.
-    pub(super) fn slope_for(&self, s: DVec2) -> DVec2 {
-        (s - self.tangential) / self.kappa
+    pub(super) fn slope_for(&self, y: DVec2, s: DVec2) -> DVec2 {
+        let flat = match &self.point {
+            None => self.tangential,
+            Some(point) => point.flat.at(y, 0.0).map_or(DVec2::NAN, |flat| flat.tangential),
+        };
+        (s - flat) / self.kappa
     }
 
     /// The ray that lands on `y`; none if no face of this kind can send it there.
     #[inline(always)]
     pub(super) fn ray(&self, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
+        if let Some(point) = &self.point {
+            return self.ray_from(point, y, u, slope);
+        }
         let s = self.tangential + self.kappa * slope;
         let c2 = 1.0 - s.length_squared();
         let c = c2.max(1e-12).sqrt();
         let q = self.tangential.dot(s) + self.axial * c - 1.0;
         let p = self.tangential.dot(y) + self.axial * self.distance_mm - self.path(y, u);
         // Both have the sign of kappa on a real ray; q = 0 is grazing exit, the limit of total reflection.
-        (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray { s, c, length: p / q, q })
+        (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray {
+            s,
+            c,
+            length: p / q,
+            q,
+            tangential: self.tangential,
+            axial: self.axial,
+            tilt: self.tilt,
+            point: None,
+        })
     }
 
     /// The ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send it there.
     pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec2> {
         let direction = (y - x).extend(self.distance_mm).normalize();
-        let bent = self.tangential.dot(direction.truncate()) + self.axial * direction.z - 1.0;
+        let (tangential, axial) = match &self.point {
+            None => (self.tangential, self.axial),
+            Some(point) => point.wave.at(x, 0.0).map(|at| (at.tangential, at.axial))?,
+        };
+        let bent = tangential.dot(direction.truncate()) + axial * direction.z - 1.0;
         (bent * self.kappa > 1e-9).then(|| direction.truncate())
     }
 
@@ -122,20 +160,30 @@ impl OpticalPath {
     /// The jacobian matrix of the lens point with respect to `y`.
     #[inline(always)]
     pub(super) fn lens_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
-        let h = jet.hessian();
+        let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
         outer(-ray.s, g) + DMat2::IDENTITY - h * (ray.length * self.kappa)
+    }
+
+    /// Up to a factor, the area of the lens that lights an area of the receiver on which this much light is wanted.
+    #[inline(always)]
+    pub(super) fn lens_area(&self, ray: &Ray, jet: &Jet, light: f64) -> f64 {
+        match ray.point {
+            // Parallel light is even: but for its obliquity, areas are what flux is.
+            None => light,
+            Some(_) => self.lens_jacobian(ray, jet).determinant(),
+        }
     }
 
     /// `dl/dy` along the receiver.
     #[inline(always)]
     fn length_gradient(&self, ray: &Ray, h: &DMat2) -> DVec2 {
-        (self.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
+        (ray.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
     }
 
     #[inline(always)]
     fn dq_ds(&self, ray: &Ray) -> DVec2 {
-        self.tangential - ray.s * (self.axial / ray.c)
+        ray.tangential - ray.s * (ray.axial / ray.c)
     }
 
     #[inline(always)]
@@ -150,7 +198,17 @@ impl OpticalPath {
     /// `A = I - e (x) dl/dy - l kappa E H`, `E = de/ds`.
     #[inline(always)]
     pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
-        let h = jet.hessian();
+        let crossing = self.crossing_jacobian(ray, jet);
+        match (&self.point, &ray.point) {
+            (Some(point), Some(of)) => point.wave.footprint(&of.arrival).matrix() * crossing,
+            _ => crossing,
+        }
+    }
+
+    /// `A` for parallel light along the local `N`.
+    #[inline(always)]
+    fn crossing_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
+        let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
         let (e, de) = self.footprint_direction(ray);
         outer(-e, g) + DMat2::IDENTITY - de * h * (ray.length * self.kappa)
@@ -158,16 +216,25 @@ impl OpticalPath {
 
     #[inline(always)]
     fn footprint_direction(&self, ray: &Ray) -> (DVec2, DMat2) {
-        (ray.s - self.tilt * ray.c, outer(self.tilt, ray.s / ray.c) + DMat2::IDENTITY)
+        (ray.s - ray.tilt * ray.c, outer(ray.tilt, ray.s / ray.c) + DMat2::IDENTITY)
     }
 
     /// Derivatives of `sum_ij w_ij A_ij`, `A` the footprint's jacobian, with respect to
     /// `u, u_x, u_y, u_xx, u_xy, u_yy`.
     #[inline(always)]
     pub(super) fn footprint_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
-        let Ray { s, c, length, q } = *ray;
-        let (n, kappa) = (self.tangential, self.kappa);
-        let h = jet.hessian();
+        match (&self.point, &ray.point) {
+            (Some(point), Some(of)) => self.footprint_variation_from(point, of, ray, jet, w),
+            _ => self.crossing_variation(ray, jet, w),
+        }
+    }
+
+    /// The same for `sum_ij w_ij A_ij` with the `A` of parallel light along the local `N`, as if that stayed.
+    #[inline(always)]
+    fn crossing_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
+        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
+        let kappa = self.kappa;
+        let h = bend(ray, jet);
         let (dq, dl) = (self.dq_ds(ray), self.dl_ds(ray));
         let g = self.length_gradient(ray, &h);
         let (e, de) = self.footprint_direction(ray);
@@ -179,7 +246,7 @@ impl OpticalPath {
         let contracted = w.col(0).dot(deh.col(0)) + w.col(1).dot(deh.col(1));
         // Factors of the variations of l, of s, and of s/c.
         let of_l = kappa * (hv_dq / q - contracted);
-        let of_sc = (hv * (self.axial / q) + h * (wt * self.tilt)) * (-kappa * length);
+        let of_sc = (hv * (axial / q) + h * (wt * tilt)) * (-kappa * length);
         let mut of_s = de.transpose() * (w * g) * -1.0
             + v / q
             + dq * ((v.dot(n - s) - kappa * length * hv_dq) / (q * q))
@@ -208,10 +275,13 @@ impl OpticalPath {
 
     /// The height over `x` of the face that sends all of its light to `y` with this path: the Cartesian oval through `x`.
     ///
-    /// From `(q' - N_z h)^2 = |x - y|^2 + (D - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where the
-    /// oval does not reach over `x`.
+    /// From `(q' - N_z h)^2 = |x - y|^2 + (D - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where
+    /// the oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
+        if let Some(point) = &self.point {
+            return self.oval_height_from(point, x, y, u);
+        }
         // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 = flat_cos D.
         let q0 = self.flat_cos * self.distance_mm;
         let rest = self.tangential.dot(y - x) + self.kappa * u;
@@ -224,133 +294,22 @@ impl OpticalPath {
         constant / (half + half.signum() * root)
     }
 
-    /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a mirror.
+    /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a
+    /// mirror.
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
         if self.kappa > 0.0 { height > other } else { height < other }
     }
 }
 
-/// `a b^T`.
+/// Second derivatives of `b` over kappa.
 #[inline(always)]
-fn outer(a: DVec2, b: DVec2) -> DMat2 {
-    DMat2::from_cols(a * b.x, a * b.y)
+fn bend(ray: &Ray, jet: &Jet) -> DMat2 {
+    match &ray.point {
+        None => jet.hessian(),
+        Some(of) => jet.hessian() + of.flat_bend,
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{bench::ExitFace, grid::Extent};
-
-    fn benches() -> Vec<Bench> {
-        let block = Extent::new(100.0, 80.0);
-        let glass = Bench::new(block, 150.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
-        let mirror = Bench::new(block, 150.0, ExitFace::Reflects).unwrap();
-        vec![
-            glass,
-            mirror,
-            glass.with_light_direction(DVec3::new(0.15, -0.1, 1.0)).unwrap(),
-            mirror.with_light_direction(DVec3::new(-0.1, 0.2, -1.0)).unwrap(),
-        ]
-    }
-
-    fn jet(u: f64) -> Jet {
-        Jet { value: u, slope: DVec2::new(0.11, -0.07), curvature: [2e-3, -7e-4, -1e-3] }
-    }
-
-    /// A quadratic u with the given jet at `y0`.
-    fn around(jet: &Jet, y0: DVec2, y: DVec2) -> Jet {
-        let d = y - y0;
-        let bend = jet.hessian() * d;
-        Jet { value: jet.value + jet.slope.dot(d) + 0.5 * d.dot(bend), slope: jet.slope + bend, ..*jet }
-    }
-
-    #[test]
-    fn the_ray_has_the_stated_path_and_obeys_snell() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(21.0, -13.0), jet(0.4));
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let x = path.lens_point(y, &ray);
-            let (h, dh) = path.height(&ray);
-            let n = path.tangential.extend(path.axial);
-            let (from, to) = (x.extend(h), y.extend(150.0));
-            let length = n.dot(from) + (to - from).length();
-            assert!((length - path.path(y, jet.value)).abs() < 1e-11);
-            assert!(((to - from).normalize().truncate() - ray.s).length() < 1e-13);
-            assert!((path.oval_height(x, y, jet.value) - h).abs() < 1e-11);
-            let moved = path.ray(y, jet.value + 1e-5, jet.slope).unwrap();
-            assert!(((path.height(&moved).0 - h) / 1e-5 - dh).abs() < 1e-5);
-        }
-    }
-
-    #[test]
-    fn a_flat_face_has_u_zero() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let ray = path.ray(DVec2::new(3.0, 4.0), 0.0, DVec2::ZERO).unwrap();
-            assert!(path.height(&ray).0.abs() < 1e-12);
-            assert!((ray.s - path.tangential).length() < 1e-15);
-        }
-    }
-
-    #[test]
-    fn the_jacobians_agree_with_finite_differences() {
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(-17.0, 28.0), jet(-0.3));
-            let points = |at: DVec2| {
-                let jet = around(&jet, y, at);
-                let ray = path.ray(at, jet.value, jet.slope).unwrap();
-                let x = path.lens_point(at, &ray);
-                (x, x - path.tilt * path.height(&ray).0)
-            };
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let (lens, foot) = (path.lens_jacobian(&ray, &jet), path.footprint_jacobian(&ray, &jet));
-            for (axis, step) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
-                let (a, b) = (points(y + 1e-4 * step), points(y - 1e-4 * step));
-                assert!(((a.0 - b.0) / 2e-4 - lens.col(axis)).length() < 1e-9);
-                assert!(((a.1 - b.1) / 2e-4 - foot.col(axis)).length() < 1e-9);
-            }
-        }
-    }
-
-    #[test]
-    fn the_variations_agree_with_finite_differences() {
-        let weights = DMat2::from_cols(DVec2::new(0.7, -0.2), DVec2::new(0.3, 1.2));
-        for bench in benches() {
-            let path = OpticalPath::new(&bench);
-            let (y, jet) = (DVec2::new(25.0, 9.0), jet(0.2));
-            let moved = |k: usize, step: f64| {
-                let mut jet = jet;
-                match k {
-                    0 => jet.value += step,
-                    1 | 2 => jet.slope[k - 1] += step,
-                    _ => jet.curvature[k - 3] += step,
-                }
-                let ray = path.ray(y, jet.value, jet.slope).unwrap();
-                let a = path.footprint_jacobian(&ray, &jet);
-                let x = path.lens_point(y, &ray);
-                (weights.col(0).dot(a.col(0)) + weights.col(1).dot(a.col(1)), x)
-            };
-            let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let variation = path.footprint_variation(&ray, &jet, weights);
-            for k in 0..6 {
-                let step = 1e-6;
-                let (a, b) = (moved(k, step), moved(k, -step));
-                let difference = (a.0 - b.0) / (2.0 * step);
-                assert!(
-                    (variation[k] - difference).abs() < 1e-7 * (1.0 + difference.abs()),
-                    "component {k}: {} against {difference}",
-                    variation[k]
-                );
-                if k < 3 {
-                    for axis in 0..2 {
-                        let difference = (a.1 - b.1)[axis] / (2.0 * step);
-                        assert!((path.lens_point_variation(&ray, axis)[k] - difference).abs() < 1e-6);
-                    }
-                }
-            }
-        }
-    }
-}
+mod tests;

@@ -8,7 +8,9 @@ use super::{
 use crate::{
     bench::{Bench, ExitFace},
     grid::Field,
+    light::{Incidence, Light},
     solver::SolveError,
+    surface::HeightField,
 };
 use glam::{DVec2, DVec3};
 
@@ -18,7 +20,7 @@ use glam::{DVec2, DVec3};
 /// Where light would have to be bent by more than refraction can.
 pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
     const POINTS: usize = 9;
-    let path = OpticalPath::new(bench);
+    let (path, light) = (OpticalPath::new(bench), Incidence::of(bench));
     let mut worst: Option<(DVec2, f64)> = None;
     for j in 0..POINTS {
         for i in 0..POINTS {
@@ -28,7 +30,7 @@ pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
             );
             let direction = (y - x).extend(bench.distance_mm()).normalize();
             if path.plain_ray(x, y).is_none() {
-                let deflection = direction.angle_between(bench.light_direction());
+                let deflection = direction.angle_between(light.at(x.extend(0.0)).direction);
                 if worst.is_none_or(|(_, other)| deflection > other) {
                     worst = Some((x, deflection));
                 }
@@ -45,6 +47,28 @@ pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
     }
 }
 
+/// Names the source where a state's rays do not exist because of it.
+pub(super) fn explain(error: SolveError, bench: &Bench) -> SolveError {
+    match (error, bench.light()) {
+        (SolveError::Failed { .. }, Light::Point { position_mm, .. }) => SolveError::SourceTooNear { position_mm },
+        (error, _) => error,
+    }
+}
+
+/// Refuses a face that cuts through the entry face of its block, or rises past the lamp in front of its mirror.
+///
+/// # Errors
+/// Such a face. Parallel light reaches any.
+pub(super) fn check_light_reaches(surface: &HeightField, bench: &Bench) -> Result<(), SolveError> {
+    let Light::Point { position_mm, thickness_mm, .. } = bench.light() else { return Ok(()) };
+    let (low, high) = surface.heights_mm().min_max();
+    let (height_mm, limit_mm, what, reaches) = match bench.exit_face() {
+        ExitFace::Refracts { .. } => (low, -thickness_mm, "entry face", low <= -thickness_mm),
+        ExitFace::Reflects => (high, position_mm.z, "light source", high >= position_mm.z),
+    };
+    if reaches { Err(SolveError::ReachesLight { height_mm, limit_mm, what }) } else { Ok(()) }
+}
+
 /// A state whose map is close to the plain one of window to block: exact along both axes through the centre of the window.
 pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let path = OpticalPath::new(bench);
@@ -54,7 +78,7 @@ pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let slope = |offset: DVec2| {
         let y = centre + offset;
         let direction: DVec3 = (y - offset * lens / window).extend(bench.distance_mm()).normalize();
-        path.slope_for(direction.truncate())
+        path.slope_for(y, direction.truncate())
     };
     // u is the sum of one function of x and one of y, integrated with Simpson's rule.
     let integrate = |n: usize, step: DVec2, axis: usize| {

@@ -11,6 +11,7 @@ use crate::{
     bench::ExitFace,
     forward::{Geometry, irradiance},
     grid::{Extent, Field},
+    light::{Intensity, Light},
     optim::Termination,
     solver::Silent,
     surface::SurfaceSpline,
@@ -45,8 +46,39 @@ fn error(solution: &Solution, target: &TargetIrradiance, bench: &Bench) -> f64 {
     (sum / cells.as_slice().len() as f64).sqrt()
 }
 
-/// An unknown without slope on the border, and so a map of the window onto an equal lens.
+fn lit(bench: Bench, position_mm: DVec3) -> Bench {
+    bench.with_point_source(position_mm, 30.0, Intensity::Isotropic).unwrap()
+}
+
+/// A point source over the axis, and the window onto which a flat face maps the lens: a mirror does, and glass without
+/// thickness.
+fn projected(bench: Bench) -> Bench {
+    let (far, thickness) = (70.0, Bench::THICKNESS_LIMITS_MM.0);
+    let z = if bench.exit_face() == GLASS { -far - thickness } else { far };
+    let reach = if bench.exit_face() == GLASS { far + thickness / 1.5 } else { far };
+    let window = bench.block().as_vec() * ((reach + bench.distance_mm()) / reach);
+    let bench = bench.with_window(Extent::new(window.x, window.y), DVec2::ZERO).unwrap();
+    bench.with_point_source(DVec3::new(0.0, 0.0, z), thickness, Intensity::Isotropic).unwrap()
+}
+
+/// An unknown without slope on the border, and so a map of the window onto an equal lens. In the light of a point source,
+/// one that is 0 there, so that the border is mapped as by a flat face.
 fn manufactured(bench: &Bench, y: DVec2) -> Jet {
+    if let Light::Point { .. } = bench.light() {
+        let k = TAU / bench.window().as_vec();
+        let p = k * (y - bench.window().lower());
+        // sin^2 along x, times (2 pi + p) along y.
+        let ramp = TAU + p.y;
+        let (x, x_1, x_2) = (0.5 - 0.5 * p.x.cos(), 0.5 * p.x.sin(), 0.5 * p.x.cos());
+        let (s, s_1, s_2) = (0.5 - 0.5 * p.y.cos(), 0.5 * p.y.sin(), 0.5 * p.y.cos());
+        let (v, v_1, v_2) = (s * ramp, s_1 * ramp + s, s_2 * ramp + 2.0 * s_1);
+        let a = if bench.exit_face() == GLASS { 0.05 } else { 0.0125 };
+        return Jet {
+            value: a * x * v,
+            slope: a * k * DVec2::new(x_1 * v, x * v_1),
+            curvature: [a * k.x * k.x * x_2 * v, a * k.x * k.y * x_1 * v_1, a * k.y * k.y * x * v_2],
+        };
+    }
     let k = TAU / bench.window().as_vec();
     // The bend of the map is that of kappa u: a mirror needs a quarter of what glass does.
     let scale = if bench.exit_face() == GLASS { 1.0 } else { 0.25 };
@@ -75,9 +107,10 @@ fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
         let jet = manufactured(bench, grid.node(i, j));
         (path.ray(grid.node(i, j), jet.value, jet.slope).unwrap(), jet)
     };
+    let stretch = bench.window().area_mm2() / bench.block().area_mm2();
     let light = Field::from_fn(nx, ny, |i, j| {
         let (ray, jet) = ray(i, j);
-        path.footprint_jacobian(&ray, &jet).determinant()
+        path.footprint_jacobian(&ray, &jet).determinant() * stretch
     });
     let (mut height, mut weight) = (0.0, 0.0);
     for j in 0..ny {
@@ -92,8 +125,8 @@ fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
 
 #[test]
 fn a_manufactured_solution_is_met_with_the_second_order() {
-    for face in [GLASS, ExitFace::Reflects] {
-        let bench = bench(20.0, 16.0, 90.0, face);
+    let straight = [GLASS, ExitFace::Reflects].map(|face| bench(20.0, 16.0, 90.0, face));
+    for bench in straight.into_iter().chain(straight.map(projected)) {
         let worst = |cells: (usize, usize)| {
             let grid = ReceiverGrid::new(&bench, cells);
             let (light, height_mm) = manufactured_light(&bench, grid);
@@ -116,7 +149,7 @@ fn a_manufactured_solution_is_met_with_the_second_order() {
         };
         let (coarse, fine) = (worst((32, 24)), worst((64, 48)));
         let order = (coarse / fine).log2();
-        assert!(order > 1.9, "{face:?}: {coarse:e} and {fine:e}, order {order}");
+        assert!(order > 1.9, "{bench:?}: {coarse:e} and {fine:e}, order {order}");
     }
 }
 
@@ -125,7 +158,8 @@ fn the_residual_follows_its_linearisation_through_the_border() {
     let glass = bench(20.0, 16.0, 60.0, GLASS);
     let shifted = glass.with_window(Extent::new(26.0, 12.0), DVec2::new(3.0, -4.0)).unwrap();
     let oblique = glass.with_light_direction(DVec3::new(0.1, -0.15, 1.0)).unwrap();
-    for bench in [glass, shifted, oblique] {
+    let point = lit(shifted, DVec3::new(8.0, 5.0, -90.0));
+    for bench in [glass, shifted, oblique, point] {
         let grid = ReceiverGrid::new(&bench, (14, 11));
         let (nx, ny) = grid.nodes();
         let light = Field::from_fn(nx, ny, |i, j| 1.0 + 0.2 * ((i + 2 * j) % 5) as f64);
@@ -191,6 +225,32 @@ fn every_bench_draws_the_picture() {
         ("other aspect, shifted", window(40.0, 50.0, 12.0, -7.0), 0.012),
         ("oblique", glass.with_light_direction(DVec3::new(0.1, 0.05, 1.0)).unwrap(), 0.015),
         ("oblique mirror", mirror.with_light_direction(DVec3::new(0.1, 0.05, -1.0)).unwrap(), 0.015),
+        ("source at 1 m", lit(glass, DVec3::new(0.0, 0.0, -1000.0)), 0.012),
+        ("source at 300 mm", lit(glass, DVec3::new(0.0, 0.0, -300.0)), 0.012),
+        ("source at 80 mm", lit(glass, DVec3::new(0.0, 0.0, -80.0)), 0.012),
+        ("mirror, source at 1 m", lit(mirror, DVec3::new(0.0, 0.0, 1000.0)), 0.012),
+        ("mirror, source at 300 mm", lit(mirror, DVec3::new(0.0, 0.0, 300.0)), 0.012),
+        ("oblique source", lit(glass, DVec3::new(60.0, -40.0, -300.0)), 0.015),
+        ("mirror, source at 20 mm", lit(mirror, DVec3::new(0.0, 0.0, 20.0)), 0.012),
+        (
+            "source 15 mm before the block",
+            glass.with_point_source(DVec3::new(0.0, 0.0, -75.0), 60.0, Intensity::Isotropic).unwrap(),
+            0.012,
+        ),
+        (
+            "oblique source, mirror, shifted",
+            lit(mirror, DVec3::new(90.0, 30.0, 300.0))
+                .with_window(Extent::new(60.0, 40.0), DVec2::new(-20.0, 5.0))
+                .unwrap(),
+            0.015,
+        ),
+        (
+            "small flat source at 100 mm, large window",
+            window(90.0, 72.0, 0.0, 0.0)
+                .with_point_source(DVec3::new(5.0, 5.0, -100.0), 20.0, Intensity::Lambertian)
+                .unwrap(),
+            0.012,
+        ),
     ];
     let target = picture(50, 40, 0.1);
     for (name, bench, limit) in benches {
@@ -199,6 +259,39 @@ fn every_bench_draws_the_picture() {
         println!("{name}: {error:.4} {:?}", solution.summary.warnings);
         assert!(error < limit, "{name}: {error}");
         assert!(solution.surface.heights_mm().mean().abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_face_for_a_far_source_is_that_for_parallel_light() {
+    let target = picture(24, 20, 0.1);
+    for (face, side) in [(GLASS, -1.0), (ExitFace::Reflects, 1.0)] {
+        let parallel = bench(30.0, 25.0, 100.0, face);
+        let solve = |bench: &Bench| Transport::default().solve(&target, bench, (49, 41), &Silent).unwrap().surface;
+        let wanted = solve(&parallel);
+        let mut before = f64::INFINITY;
+        for far in [1e4, 1e5, 1e6] {
+            let got = solve(&lit(parallel, DVec3::new(0.0, 0.0, side * far)));
+            let pairs = got.heights_mm().as_slice().iter().zip(wanted.heights_mm().as_slice());
+            let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            println!("{face:?} {far}: {worst:e} of {}", wanted.relief_mm());
+            assert!(worst < 0.3 * before, "{face:?} {far}: {worst} after {before}");
+            before = worst;
+        }
+        assert!(before < 1e-3 * wanted.relief_mm(), "{face:?}: {before}");
+    }
+}
+
+#[test]
+fn a_block_too_thin_for_its_face_and_a_source_too_near_are_refused() {
+    let thin = bench(50.0, 40.0, 60.0, GLASS);
+    let thin = thin.with_point_source(DVec3::new(0.0, 0.0, -60.0), 0.5, Intensity::Isotropic).unwrap();
+    let error = Transport::default().solve(&picture(16, 16, 0.1), &thin, (33, 33), &Silent).unwrap_err();
+    assert!(matches!(error, SolveError::ReachesLight { limit_mm: -0.5, .. }), "{error}");
+    for (face, z) in [(GLASS, -40.0), (ExitFace::Reflects, 10.0)] {
+        let near = lit(bench(50.0, 40.0, 120.0, face), DVec3::new(0.0, 0.0, z));
+        let error = Transport::default().solve(&picture(16, 16, 0.1), &near, (33, 33), &Silent).unwrap_err();
+        assert!(matches!(error, SolveError::SourceTooNear { position_mm } if position_mm.z == z), "{error}");
     }
 }
 

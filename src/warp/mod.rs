@@ -29,7 +29,7 @@ pub use objective::WarpObjective;
 pub use paper::{WarpingPaper, WarpingPaperOptions};
 pub use solve::AreaWeight;
 
-use crate::{grid::Field, solver::SolveError};
+use crate::{bench::Bench, grid::Field, light::Light, solver::SolveError};
 
 /// Least irradiance of a quad, relative to the mean.
 pub const LEAST_TARGET: f64 = 1e-3;
@@ -40,6 +40,16 @@ const NAME_PAPER: &str = "warping-paper";
 fn check_light(cells: &Field<f64>, limit: f64) -> Result<(), SolveError> {
     let least = cells.min_max().0 / cells.mean();
     if least < limit { Err(SolveError::TooDark { least, limit }) } else { Ok(()) }
+}
+
+fn check_parallel(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
+    match bench.light() {
+        Light::Parallel { .. } => Ok(()),
+        Light::Point { .. } => {
+            let what = "light from a point source (the solver \"transport\" does)".to_owned();
+            Err(SolveError::Unsupported { solver, what })
+        }
+    }
 }
 
 fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Result<(), SolveError> {

@@ -5,6 +5,7 @@ use crate::{
     bench::{Bench, ExitFace},
     forward::{Geometry, irradiance},
     grid::{Extent, Field},
+    light::Intensity,
     optim::Termination,
     solver::{Progress, Silent, Solution, SolveError, Solver},
     surface::SurfaceSpline,
@@ -76,6 +77,17 @@ fn the_paper_takes_tilted_light_and_the_improved_mode_says_that_it_does_not() {
         assert!(plane < 0.06, "{face:?}: {plane}");
         let refused = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::Unsupported { solver: "warping", .. }), "{refused}");
+    }
+}
+
+#[test]
+fn both_modes_say_that_they_do_not_take_a_point_source() {
+    let target = target(PIXELS);
+    let source = DVec3::new(0.0, 0.0, -300.0);
+    let bench = bench(GLASS).with_point_source(source, 10.0, Intensity::Isotropic).unwrap();
+    for solver in [&Warping::default() as &dyn Solver, &WarpingPaper::default()] {
+        let refused = solver.solve(&target, &bench, NODES, &Silent).unwrap_err();
+        assert!(matches!(&refused, SolveError::Unsupported { what, .. } if what.contains("point source")), "{refused}");
     }
 }
 

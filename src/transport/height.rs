@@ -1,0 +1,56 @@
+//! The mean height of the face in the light of a point source.
+//!
+//! Newton's iteration holds the mean height over the receiver's nodes, which is that over the lens's nodes up to an error
+//! of the discretisation. Near a source that error changes the size of the picture. The closed loop would take it for an
+//! error of the light, while moving the face as well; so it is removed before.
+
+use super::{
+    carry::Carrier,
+    equation::Equation,
+    newton::Criterion,
+    pyramid::{FORCING, RMS, STAGE, Solved, record},
+};
+use crate::{
+    bench::Bench,
+    light::Light,
+    optim::{Summary, Termination},
+};
+use std::time::Instant;
+
+/// Most corrections; each leaves a few percent.
+const CORRECTIONS: usize = 3;
+/// Newton steps of a correction; the start is close.
+const STEPS: usize = 12;
+/// A mean height that does no harm, as a share of the nearer of source and receiver.
+const ENOUGH: f64 = 2e-5;
+
+/// Moves the face so that the mean of the lens's nodes is 0.
+pub(super) fn settle(solved: &mut Solved, bench: &Bench, nodes: (usize, usize), summary: &mut Summary) {
+    let Light::Point { position_mm, .. } = bench.light() else { return };
+    let near_mm = bench.distance_mm().min(position_mm.z.abs());
+    let equation = Equation::new(bench, solved.grid, &solved.light);
+    let mut carrier = Carrier::new(bench.block(), nodes);
+    for _ in 0..CORRECTIONS {
+        let began = Instant::now();
+        let carried = carrier.heights(&equation.path, &solved.state.spline);
+        let mean = carried.heights_mm.mean();
+        // Nodes that were missed may lie anywhere, and would spoil the mean.
+        if carried.missed > 0 || mean.is_nan() || mean.abs() < ENOUGH * near_mm {
+            return;
+        }
+        solved.newton.height_mm -= mean;
+        let mut state = solved.state.clone();
+        let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
+        match solved.newton.run(&equation, &mut state, criterion) {
+            Some(outcome) if outcome.termination == Termination::Converged => {
+                solved.state = state;
+                summary.levels.push(record(STAGE.into(), solved.grid, outcome, began));
+            }
+            // What was found before stands; the closed loop may do better.
+            _ => {
+                solved.newton.height_mm += mean;
+                return;
+            }
+        }
+    }
+}

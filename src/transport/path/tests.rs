@@ -1,0 +1,196 @@
+use super::*;
+use crate::{
+    bench::ExitFace,
+    grid::Extent,
+    light::{Intensity, Light},
+};
+use glam::DVec3;
+
+fn benches() -> Vec<Bench> {
+    let block = Extent::new(100.0, 80.0);
+    let glass = Bench::new(block, 150.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
+    let mirror = Bench::new(block, 150.0, ExitFace::Reflects).unwrap();
+    vec![
+        glass,
+        mirror,
+        glass.with_light_direction(DVec3::new(0.15, -0.1, 1.0)).unwrap(),
+        mirror.with_light_direction(DVec3::new(-0.1, 0.2, -1.0)).unwrap(),
+        glass.with_point_source(DVec3::new(0.0, 0.0, -200.0), 15.0, Intensity::Isotropic).unwrap(),
+        glass.with_point_source(DVec3::new(20.0, -30.0, -90.0), 15.0, Intensity::Lambertian).unwrap(),
+        mirror.with_point_source(DVec3::new(-20.0, 25.0, 160.0), 0.0, Intensity::Isotropic).unwrap(),
+    ]
+}
+
+/// The optical length up to a point of the face, less that up to its middle: by the shortest way, searched for.
+fn phase(bench: &Bench, to: DVec3) -> f64 {
+    let (source, thickness, n) = match (bench.light(), bench.exit_face()) {
+        (Light::Parallel { direction }, face) => return face.ior() * direction.dot(to),
+        (Light::Point { position_mm, .. }, ExitFace::Reflects) => {
+            return (to - position_mm).length() - position_mm.length();
+        }
+        (Light::Point { position_mm, thickness_mm, .. }, ExitFace::Refracts { ior }) => {
+            (position_mm, thickness_mm, ior)
+        }
+    };
+    let shortest = |to: DVec3| {
+        let length = |share: f64| {
+            let entry = source.truncate().lerp(to.truncate(), share).extend(-thickness);
+            (entry - source).length() + n * (to - entry).length()
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..100 {
+            let (a, b) = (low + (high - low) * 0.382, low + (high - low) * 0.618);
+            if length(a) < length(b) { high = b } else { low = a }
+        }
+        length(0.5 * (low + high))
+    };
+    shortest(to) - shortest(DVec3::ZERO)
+}
+
+fn jet(u: f64) -> Jet {
+    Jet { value: u, slope: DVec2::new(0.11, -0.07), curvature: [2e-3, -7e-4, -1e-3] }
+}
+
+/// A quadratic u with the given jet at `y0`.
+fn around(jet: &Jet, y0: DVec2, y: DVec2) -> Jet {
+    let d = y - y0;
+    let bend = jet.hessian() * d;
+    Jet { value: jet.value + jet.slope.dot(d) + 0.5 * d.dot(bend), slope: jet.slope + bend, ..*jet }
+}
+
+#[test]
+fn the_ray_has_the_stated_path_and_obeys_snell() {
+    for bench in benches() {
+        let path = OpticalPath::new(&bench);
+        let (y, jet) = (DVec2::new(21.0, -13.0), jet(0.4));
+        let leaves = |u: f64, slope: DVec2, y: DVec2| {
+            let ray = path.ray(y, u, slope).unwrap();
+            let (h, dh) = path.height(&ray);
+            (path.lens_point(y, &ray).extend(h), dh, ray)
+        };
+        let (from, dh, ray) = leaves(jet.value, jet.slope, y);
+        let to = y.extend(150.0);
+        // Its length is that of the ray through the flat face, and kappa u more.
+        let (flat, _, _) = leaves(0.0, DVec2::ZERO, y);
+        let length = |x: DVec3| phase(&bench, x) + (to - x).length();
+        assert!((length(from) - length(flat) - path.kappa * jet.value).abs() < 1e-11, "{bench:?}");
+        assert!(((to - from).normalize().truncate() - ray.s).length() < 1e-13);
+        assert!((path.oval_height(from.truncate(), y, jet.value) - from.z).abs() < 1e-11);
+        let (moved, _, _) = leaves(jet.value + 1e-5, jet.slope, y);
+        assert!(((moved.z - from.z) / 1e-5 - dh).abs() < 1e-5);
+        // Along the face, which neighbouring rays leave, the path is stationary (Fermat): Snell's law and that of reflection.
+        let incident = {
+            let slope = |d: DVec3| (phase(&bench, from + 1e-3 * d) - phase(&bench, from - 1e-3 * d)) / 2e-3;
+            DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z))
+        };
+        assert!((incident - ray.tangential.extend(ray.axial)).length() < 1e-9, "{bench:?}");
+        for d in [DVec2::X, DVec2::Y] {
+            let at = |step: f64| {
+                let jet = around(&jet, y, y + step * d);
+                leaves(jet.value, jet.slope, y + step * d).0
+            };
+            let along = (at(1e-4) - at(-1e-4)) / 2e-4;
+            assert!((incident - ray.s.extend(ray.c)).dot(along).abs() < 1e-8, "{bench:?}");
+        }
+    }
+}
+
+#[test]
+fn a_flat_face_has_u_zero() {
+    for bench in benches() {
+        let path = OpticalPath::new(&bench);
+        let ray = path.ray(DVec2::new(3.0, 4.0), 0.0, DVec2::ZERO).unwrap();
+        assert!(path.height(&ray).0.abs() < 1e-12);
+        assert!((ray.s - ray.tangential).length() < 1e-14);
+    }
+}
+
+#[test]
+fn the_jacobians_agree_with_finite_differences() {
+    for bench in benches() {
+        let path = OpticalPath::new(&bench);
+        let (y, jet) = (DVec2::new(-17.0, 28.0), jet(-0.3));
+        let points = |at: DVec2| {
+            let jet = around(&jet, y, at);
+            let ray = path.ray(at, jet.value, jet.slope).unwrap();
+            let x = path.lens_point(at, &ray);
+            let footprint = match (&path.point, &ray.point) {
+                (Some(point), Some(of)) => point.wave.footprint_place(&of.arrival),
+                _ => x - path.tilt * path.height(&ray).0,
+            };
+            (x, footprint)
+        };
+        let ray = path.ray(y, jet.value, jet.slope).unwrap();
+        let (lens, foot) = (path.lens_jacobian(&ray, &jet), path.footprint_jacobian(&ray, &jet));
+        for (axis, step) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
+            let (a, b) = (points(y + 1e-4 * step), points(y - 1e-4 * step));
+            assert!(((a.0 - b.0) / 2e-4 - lens.col(axis)).length() < 1e-9);
+            assert!(((a.1 - b.1) / 2e-4 - foot.col(axis)).length() < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_variations_agree_with_finite_differences() {
+    let weights = DMat2::from_cols(DVec2::new(0.7, -0.2), DVec2::new(0.3, 1.2));
+    for bench in benches() {
+        let path = OpticalPath::new(&bench);
+        let (y, jet) = (DVec2::new(25.0, 9.0), jet(0.2));
+        let moved = |k: usize, step: f64| {
+            let mut jet = jet;
+            match k {
+                0 => jet.value += step,
+                1 | 2 => jet.slope[k - 1] += step,
+                _ => jet.curvature[k - 3] += step,
+            }
+            let ray = path.ray(y, jet.value, jet.slope).unwrap();
+            let a = path.footprint_jacobian(&ray, &jet);
+            let x = path.lens_point(y, &ray);
+            (weights.col(0).dot(a.col(0)) + weights.col(1).dot(a.col(1)), x)
+        };
+        let ray = path.ray(y, jet.value, jet.slope).unwrap();
+        let variation = path.footprint_variation(&ray, &jet, weights);
+        for k in 0..6 {
+            let step = 1e-6;
+            let (a, b) = (moved(k, step), moved(k, -step));
+            let difference = (a.0 - b.0) / (2.0 * step);
+            assert!(
+                (variation[k] - difference).abs() < 1e-7 * (1.0 + difference.abs()),
+                "component {k}: {} against {difference}",
+                variation[k]
+            );
+            if k < 3 {
+                for axis in 0..2 {
+                    let difference = (a.1 - b.1)[axis] / (2.0 * step);
+                    assert!((path.lens_point_variation(&ray, axis)[k] - difference).abs() < 1e-6);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_far_source_has_the_path_of_parallel_light() {
+    for parallel in benches().into_iter().take(4) {
+        let mut before = f64::INFINITY;
+        for far in [1e4, 1e5, 1e6] {
+            let outside = parallel.light_direction().truncate() * parallel.exit_face().ior();
+            let up = -parallel.light_direction().z.signum();
+            let source = far * (-outside).extend(up * (1.0 - outside.length_squared()).sqrt());
+            let point = parallel.with_point_source(source, 15.0, Intensity::Isotropic).unwrap();
+            let of = |bench: &Bench| {
+                let path = OpticalPath::new(bench);
+                let (y, jet) = (DVec2::new(21.0, -13.0), jet(0.4));
+                let ray = path.ray(y, jet.value, jet.slope).unwrap();
+                // On oblique footprints the two differ by a linear map; the flux is the determinant.
+                let flux = path.footprint_jacobian(&ray, &jet).determinant();
+                (path.lens_point(y, &ray), path.height(&ray).0, flux)
+            };
+            let (a, b) = (of(&parallel), of(&point));
+            let difference = (a.0 - b.0).length() + (a.1 - b.1).abs() + 10.0 * (a.2 - b.2).abs();
+            assert!(difference < 0.2 * before, "{point:?}: {difference} after {before}");
+            before = difference;
+        }
+        assert!(before < 0.02, "{parallel:?}: {before}");
+    }
+}
