@@ -112,8 +112,9 @@ impl Carrier {
                     }
                 }
             }
-            fill_gaps(out, nx, rows, (gx, gy), ny);
         });
+        let undistorted = DVec2::new((gx - 1) as f64, (gy - 1) as f64) / DVec2::new((nx - 1) as f64, (ny - 1) as f64);
+        fill_gaps(&mut self.landing, undistorted);
     }
 }
 
@@ -152,11 +153,12 @@ fn cover([a, b, c]: [DVec2; 3], nx: usize, rows: (usize, usize), mut f: impl FnM
     }
 }
 
-/// Gives nodes that no triangle covers the start of their neighbour in the row, rows without any that of a neighbouring row, and
-/// failing that the undistorted place.
-fn fill_gaps(out: &mut [DVec2], nx: usize, rows: (usize, usize), (gx, gy): (usize, usize), ny: usize) {
-    for line in out.chunks_mut(nx) {
-        let Some(first) = line.iter().position(|p| p.is_finite()) else { continue };
+/// Gives nodes that no triangle covers the start of their neighbour in the row, and rows without any that of the nearest row:
+/// by rounding, the border of the lens may lie just outside of the map's image. `undistorted` is taken where nothing is covered.
+fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
+    let (nx, ny) = (landing.nx(), landing.ny());
+    landing.as_mut_slice().par_chunks_mut(nx).for_each(|line| {
+        let Some(first) = line.iter().position(|p| p.is_finite()) else { return };
         let mut last = line[first];
         for place in line {
             if place.is_finite() {
@@ -165,23 +167,22 @@ fn fill_gaps(out: &mut [DVec2], nx: usize, rows: (usize, usize), (gx, gy): (usiz
                 *place = last;
             }
         }
-    }
-    let covered = out.chunks(nx).position(|line| line[0].is_finite());
-    for row in 0..rows.1 - rows.0 {
-        if out[row * nx].is_finite() {
-            continue;
+    });
+    let Some(first) = (0..ny).find(|&j| landing[(0, j)].is_finite()) else {
+        for j in 0..ny {
+            for i in 0..nx {
+                landing[(i, j)] = DVec2::new(i as f64, j as f64) * undistorted;
+            }
         }
-        match covered {
-            Some(first) => {
-                let from = if row < first { first } else { row - 1 };
-                out.copy_within(from * nx..(from + 1) * nx, row * nx);
-            }
-            None => {
-                let scale = DVec2::new((gx - 1) as f64 / (nx - 1) as f64, (gy - 1) as f64 / (ny - 1) as f64);
-                for i in 0..nx {
-                    out[row * nx + i] = DVec2::new(i as f64, (rows.0 + row) as f64) * scale;
-                }
-            }
+        return;
+    };
+    let rows = landing.as_mut_slice();
+    for j in (0..first).rev() {
+        rows.copy_within((j + 1) * nx..(j + 2) * nx, j * nx);
+    }
+    for j in first + 1..ny {
+        if !rows[j * nx].is_finite() {
+            rows.copy_within((j - 1) * nx..j * nx, j * nx);
         }
     }
 }
@@ -220,4 +221,28 @@ fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2
     }
     *landing = best.1;
     (best.0, miss < 0.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_no_triangle_covers_starts_from_its_neighbours() {
+        let covered = |i: usize, j: usize| DVec2::new(i as f64 + 0.25, j as f64 + 0.5);
+        let mut landing = Field::from_fn(5, 40, |i, j| {
+            let gap = j < 2 || j == 17 || j == 39 || (j == 20 && i != 2);
+            if gap { DVec2::NAN } else { covered(i, j) }
+        });
+        fill_gaps(&mut landing, DVec2::ONE);
+        for (i, j, from) in
+            [(3, 0, (3, 2)), (4, 1, (4, 2)), (0, 17, (0, 16)), (1, 39, (1, 38)), (0, 20, (2, 20)), (4, 20, (2, 20))]
+        {
+            assert_eq!(landing[(i, j)], covered(from.0, from.1), "{i}, {j}");
+        }
+        assert_eq!(landing[(2, 30)], covered(2, 30));
+        let mut nothing = Field::filled(5, 4, DVec2::NAN);
+        fill_gaps(&mut nothing, DVec2::new(2.0, 3.0));
+        assert_eq!(nothing[(1, 2)], DVec2::new(2.0, 6.0));
+    }
 }
