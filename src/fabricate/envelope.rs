@@ -13,11 +13,13 @@ use rayon::prelude::*;
 /// caught in the same phase: that would draw bands that are not there.
 pub const SAMPLES_PER_ROW: f64 = 7.618_034;
 
-/// Steps of Newton's iteration along a row.
-const STEPS: usize = 8;
+/// Steps of Newton's iteration along a row, with bisection where that does not converge.
+const STEPS: usize = 40;
 /// Positions of a row whose least tip is known, and rows whose least is.
 const STRETCH: usize = 16;
 const BAND: usize = 16;
+/// As near to a position as this, in parts of the spacing, is there but for rounding.
+const AT_POSITION: f64 = 1e-9;
 
 /// A milled face: heights, and the slopes that belong to them, which jump where two rows meet.
 #[derive(Clone, Debug)]
@@ -208,8 +210,10 @@ impl Sweep<'_> {
             return Cut { height: f64::INFINITY, row, u: guess };
         }
         let reach = 0.999_999 * square.sqrt();
-        let mut u = guess.clamp(at.x - reach, at.x + reach);
+        let (mut low, mut high) = (at.x - reach, at.x + reach);
+        let mut u = guess.clamp(low, high);
         let mut best = Cut { height: f64::INFINITY, row, u };
+        let mut last = f64::INFINITY;
         for _ in 0..STEPS {
             let Some(tip) = self.tip(row, u) else { break };
             let from = u - at.x;
@@ -220,10 +224,20 @@ impl Sweep<'_> {
             }
             let profile_bend = (1.0 + from * from / (depth * depth)) / depth;
             let bend = profile_bend + tip.bend;
-            let step = (tip.slope + from / depth) / if bend > 0.1 * profile_bend { bend } else { profile_bend };
-            u = (u - step.clamp(-0.25 * radius, 0.25 * radius)).clamp(at.x - reach, at.x + reach);
+            let rise = tip.slope + from / depth;
+            if rise > 0.0 {
+                high = u;
+            } else {
+                low = u;
+            }
+            let newton = u - rise / if bend > 0.1 * profile_bend { bend } else { profile_bend };
+            // At a kink of the way Newton's iteration leaps to and fro.
+            let leaps = newton <= low || newton >= high || (newton - u).abs() > 0.5 * last;
+            let next = if leaps && rise != 0.0 { 0.5 * (low + high) } else { newton };
+            last = (next - u).abs();
+            u = next;
             // The height's error is quadratic in that of the place.
-            if step.abs() < 1e-5 {
+            if last < 1e-5 {
                 break;
             }
         }
@@ -239,17 +253,31 @@ impl Sweep<'_> {
         let (t, h) = (position - i as f64, rows.spacing_mm);
         let begin = row * rows.positions + i;
         let ([a, p], [b, q]) = (rows.tips[begin], rows.tips[begin + 1]);
-        if !(a.is_finite() && b.is_finite()) {
-            return None;
+        // The way ends at positions, which are part of it.
+        match (a.is_finite(), b.is_finite()) {
+            (true, true) => {}
+            (true, false) if t < AT_POSITION => return Some(Tip { height: a, slope: p, bend: 0.0 }),
+            (false, true) if t > 1.0 - AT_POSITION => return Some(Tip { height: b, slope: q, bend: 0.0 }),
+            _ => return None,
         }
         let (p, q) = (p * h, q * h);
         let (c, d) = (3.0 * (b - a) - 2.0 * p - q, 2.0 * (a - b) + p + q);
         let height = a + t * (p + t * (c + t * d));
         // Where the contact jumps the way has a kink, which a cubic would cut below its tangents.
-        let tangents = [(a + p * t, p), (b - q * (1.0 - t), q)];
-        let (above, slope) = tangents[usize::from(tangents[1].0 > tangents[0].0)];
-        if q > p && above > height {
-            return Some(Tip { height: above, slope: slope / h, bend: 0.0 });
+        if q > p {
+            let (mut above, mut slope) =
+                if a + p * t > b - q * (1.0 - t) { (a + p * t, p / h) } else { (b - q * (1.0 - t), q / h) };
+            let kinks = &rows.kinks[row];
+            if let (false, Ok(k)) = (kinks.is_empty(), kinks.binary_search_by_key(&i, |kink| kink.position)) {
+                let [z, rise] = kinks[k].tip;
+                let held_up = z + rise * h * (t - kinks[k].at);
+                if held_up > above {
+                    (above, slope) = (held_up, rise);
+                }
+            }
+            if above > height {
+                return Some(Tip { height: above, slope, bend: 0.0 });
+            }
         }
         Some(Tip { height, slope: (p + t * (2.0 * c + 3.0 * d * t)) / h, bend: (2.0 * c + 6.0 * d * t) / (h * h) })
     }
@@ -395,8 +423,11 @@ mod tests {
         let mut least = f64::INFINITY;
         for row in 0..rows.count {
             let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - v;
-            for k in -4000..=4000 {
-                let place = u + cutter.radius_mm() * f64::from(k) / 4000.0 * (1.0 - 1e-12);
+            // The ends of the way, beside which there is none, are positions; at those of the reach a rim cuts.
+            let reach = (cutter.radius_mm().powi(2) - aside * aside).max(0.0).sqrt() * (1.0 - 1e-12);
+            let positions = (0..rows.positions).map(|i| rows.first.x + i as f64 * rows.spacing_mm);
+            let places = (-4000..=4000).map(|k| u + cutter.radius_mm() * f64::from(k) / 4000.0 * (1.0 - 1e-12));
+            for place in places.chain(positions).chain([u - reach, u + reach]) {
                 let profile = cutter.profile_mm(DVec2::new(place - u, aside).length());
                 if let (true, Some(tip)) = (profile.is_finite(), sweep.tip(row, place)) {
                     least = least.min(tip.height + profile);
