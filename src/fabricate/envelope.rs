@@ -423,6 +423,9 @@ mod tests {
         let mut least = f64::INFINITY;
         for row in 0..rows.count {
             let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - v;
+            if aside.abs() >= cutter.radius_mm() {
+                continue;
+            }
             // The ends of the way, beside which there is none, are positions; at those of the reach a rim cuts.
             let reach = (cutter.radius_mm().powi(2) - aside * aside).max(0.0).sqrt() * (1.0 - 1e-12);
             let positions = (0..rows.positions).map(|i| rows.first.x + i as f64 * rows.spacing_mm);
