@@ -72,13 +72,13 @@ impl Rows<'_> {
         let (mut heights, mut slopes) = (vec![0.0; nx * ny], vec![DVec2::ZERO; nx * ny]);
         let lines = heights.par_chunks_mut(nx).zip(slopes.par_chunks_mut(nx)).enumerate();
         lines.for_each_init(Vec::new, |scratch, (j, (heights, slopes))| {
-            lattice.row(j, scratch, |i, _, slope| {
+            lattice.row(j, scratch, |i, height, slope| {
                 let at = extent.node(i, j, nx, ny);
                 // The axis of a cutter that touches the design here.
                 let axis = at - self.pass.cutter.contact_mm(slope.length()) * slope.normalize_or_zero();
                 let turned = |p: DVec2| DVec2::new(p.dot(self.along), p.dot(self.across));
                 let inside = (at.abs() + extent.lower()).max_element() < -margin;
-                let cut = sweep.cut(turned(at), turned(axis), inside);
+                let cut = sweep.cut(turned(at), turned(axis), height + self.pass.allowance_mm, inside);
                 let rise = sweep.slope(turned(at), &cut);
                 heights[i] = cut.height;
                 slopes[i] = rise.x * self.along + rise.y * self.across;
@@ -135,19 +135,21 @@ struct Cut {
 }
 
 impl Sweep<'_> {
-    /// What is left at `at` (along and across the rows, mm), by cutters whose axes are likely near `axis`. `inside`
-    /// says that all cutters that reach here have their axes over the block.
-    fn cut(&self, at: DVec2, axis: DVec2, inside: bool) -> Cut {
+    /// What is left at `at` (along and across the rows, mm), by cutters whose axes are likely near `axis`. No cutter leaves less than
+    /// `floor`, mm. `inside` says that all cutters that reach here have their axes over the block.
+    fn cut(&self, at: DVec2, axis: DVec2, floor: f64, inside: bool) -> Cut {
         let rows = self.rows;
         let position = (axis.y - rows.first.y) / rows.pass.step_over_mm;
         let row = (position.round().max(0.0) as usize).min(rows.count - 1);
         let cutter = &rows.pass.cutter;
         let ball = cutter.disc_mm() == 0.0;
-        if ball && inside {
-            return self.downhill(at, row, axis.x);
-        }
-        // The way of the tip falls off beside the block: no longer a convex problem.
         let start = if ball { self.downhill(at, row, axis.x) } else { self.try_at(at, row, axis.x) };
+        // The way of the tip falls off beside the block: no longer a convex problem. But where no more than a scallop is left, or
+        // two on a bulge, the cutter that touches the design has been found.
+        let scallops = 0.25 * rows.pass.step_over_mm * rows.pass.step_over_mm / cutter.radius_mm();
+        if ball && (inside || start.height - floor < scallops) {
+            return start;
+        }
         let found = self.search(at, start);
         let better = if ball { self.downhill(at, found.row, found.u) } else { found };
         if better.height < found.height { better } else { found }
