@@ -279,11 +279,11 @@ impl<'a> Rows<'a> {
                 };
                 row[i] = tip.unwrap_or(row[i]);
                 let jumped = last.is_some_and(|last| last.distance(offset) > JUMP * spacing_mm);
-                if let Some(at) = if jumped { meeting(row[i - 1], row[i], spacing_mm) } else { None } {
-                    if let Some((_, Some(tip))) = drop_at(i as f64 - 1.0 + at, offset) {
-                        kinks.push(Kink { position: i - 1, at, tip });
-                    }
-                }
+                let meets = if jumped { meeting(row[i - 1], row[i], spacing_mm) } else { None };
+                kinks.extend(meets.and_then(|at| {
+                    let (_, tip) = drop_at(i as f64 - 1.0 + at, offset)?;
+                    Some(Kink { position: i - 1, at, tip: tip? })
+                }));
                 last = Some(offset);
             }
             differences(row, spacing_mm);
