@@ -6,7 +6,8 @@ mod common;
 use glam::DVec2;
 use glasswarp::{
     bench::ExitFace,
-    export::{Design, Format, HeightMap, Meaning, StepTolerance, choose_net, export, write_step},
+    export::{Design, Format, HeightMap, StepTolerance, choose_net, export, write_step},
+    fabricate::{Cutter, tool_offset},
     grid::{Extent, Field},
     solid::{Origin, Rim, Shape, Solid, Stock},
     surface::{ControlNet, HeightField},
@@ -379,9 +380,37 @@ fn height_maps_give_the_heights_back_within_their_resolution() {
     assert!((number("WhiteZMm") - high).abs() < 1e-12 && number("WhiteBelowStockTopMm").abs() < 1e-6);
     let dimensions = reader.info().pixel_dims.unwrap();
     assert_eq!((dimensions.xppu, dimensions.unit), (1500, png::Unit::Meter));
-    // Another form of the map says whose tip it is.
-    let offset = HeightMap::new(&solid, &surface, Meaning::ToolTip("ball 3 mm".into()));
-    assert!(offset.entries().iter().any(|(_, value)| value.contains("tip of the cutter ball 3 mm")));
+}
+
+#[test]
+fn height_maps_for_a_cutter_give_its_tips_back() {
+    let folder = tempfile::tempdir().unwrap();
+    // A dome of radius 80 mm: the centre of a ball that touches it moves on a sphere of 80 mm and its radius.
+    let (extent, (nx, ny)) = (Extent::new(40.0, 30.0), (161, 121));
+    let dome = |r: f64| move |i, j| (r * r - extent.node(i, j, nx, ny).length_squared()).sqrt();
+    let surface = HeightField::new(extent, Field::from_fn(nx, ny, dome(80.0)));
+    let solid = solid(&surface, Shape { rim: None, origin: Origin::Exit });
+    for text in ["ball:3mm", "bull:3mm,1mm"] {
+        let cutter: Cutter = text.parse().unwrap();
+        let tips = tool_offset(&surface, cutter);
+        let map = HeightMap::of_tips(&solid, cutter);
+        assert!(map.entries().iter().any(|(name, value)| *name == "Heights" && value.contains(text)));
+        let (low, high) = map.range_mm();
+        for (name, tolerance) in [("tips.png", 0.500_05 * (high - low) / 65535.0), ("tips.exr", 1e-6)] {
+            let path = folder.path().join(name);
+            map.write(&path).unwrap();
+            let read = Block::from_mesh(&load::read(&path).unwrap()).unwrap();
+            let pairs = read.heights_mm().iter().zip(tips.as_slice());
+            let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(worst <= tolerance, "{text}, {name}: {worst} mm");
+        }
+    }
+    let tips = tool_offset(&surface, Cutter::ball(3.0).unwrap());
+    let zero = surface.heights_mm()[(nx / 2, ny / 2)] - 80.0;
+    for (i, j) in [(80, 60), (40, 60), (100, 30), (130, 100)] {
+        let wanted = zero + dome(83.0)(i, j) - 3.0;
+        assert!((tips[(i, j)] - wanted).abs() < 1e-6, "({i}, {j}): {} for {wanted}", tips[(i, j)]);
+    }
 }
 
 #[test]

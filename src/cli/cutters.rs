@@ -3,7 +3,7 @@
 use super::{
     error::Failure,
     length::Length,
-    mill::mill,
+    mill::{mill, polished},
     progress::TerminalProgress,
     workpiece::{Workpiece, look_at_scallops},
 };
@@ -137,7 +137,7 @@ pub(crate) fn cheapest(path: &Path, piece: &Workpiece, wish: &Wish) -> Result<Pa
 fn error_of(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<f64, Failure> {
     let milled = mill(&piece.surface, pass)?;
     let view = match polish {
-        Some(polish) => piece.look(&polish.polished(&milled.surface))?,
+        Some(polish) => piece.look(&polished(&milled.surface, &piece.surface, polish))?,
         None => look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?,
     };
     Ok(view.metrics.rel_rms)

@@ -12,6 +12,7 @@ use super::{
 };
 use glasswarp::{
     export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
+    fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
     report::{self, Exposure},
@@ -42,6 +43,11 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "FILE")]
     height_map: Vec<PathBuf>,
 
+    /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they then tell where its tip goes. For
+    /// programs that move the tool to the heights of the picture
+    #[arg(long, value_name = "CUTTER", requires = "height_map")]
+    height_map_cutter: Option<Cutter>,
+
     #[command(flatten)]
     settings: Settings,
 
@@ -62,8 +68,11 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
-    let notes = write_files(&plan, &outputs, &block)?;
-    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &outputs, &block)?) };
+    let notes = write_files(&plan, &outputs, &block, args.height_map_cutter)?;
+    // The way of a tip is no face that light could be traced through.
+    let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
+    let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
+    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block)?) };
     let pictures = match &opinion {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
         None => draw_weakness(&plan, &outputs[0], &block)?,
@@ -113,7 +122,12 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
-    Ok((Plan::new(picture, settings)?, outputs))
+    let plan = Plan::new(picture, settings)?;
+    if let Some(cutter) = args.height_map_cutter {
+        // Whether it fits onto the block; rows are the program's affair.
+        Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
+    }
+    Ok((plan, outputs))
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {
@@ -125,11 +139,19 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 }
 
 /// Writes every file and the side files; returns what there is to say of them.
-fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Vec<String>, Failure> {
+fn write_files(
+    plan: &Plan,
+    outputs: &[PathBuf],
+    block: &Block,
+    cutter: Option<Cutter>,
+) -> Result<Vec<String>, Failure> {
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
-    let height_map = HeightMap::of(&block.solid);
+    let height_map = match cutter {
+        Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
+        None => HeightMap::of(&block.solid),
+    };
     // Text is made on one core; several files take turns.
     let write = |output: &PathBuf| match Format::from_path(output) {
         Ok(Format::Step) => write_step(plan, output, block, &design).map(Some),

@@ -4,7 +4,7 @@ use super::{
     error::Failure,
     judge::{Examiner, Subject},
     length::Length,
-    mill::mill,
+    mill::{mill, polished},
     workpiece::{View, look, look_at_scallops, surface_of},
 };
 use glasswarp::{
@@ -44,7 +44,8 @@ impl Finished {
             surface = milled.surface.clone();
             cut = Some(milled);
         }
-        let after = |polish: Polish| look(examiner, &polish.polished(&surface), entry_z_mm);
+        let design = surface_of(block);
+        let after = |polish: Polish| look(examiner, &polished(&surface, &design, polish), entry_z_mm);
         let (view, off) = match (plan.polish, cut) {
             (Some(polish), _) => {
                 let other = |share: f64| -> Result<f64, Failure> {

@@ -140,12 +140,13 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
     let milled = mill(&piece.surface, pass)?;
     let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
     let view = look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?;
-    steps.push(Step { name, view, surface: milled.surface });
+    let Milled { surface, slopes } = milled;
+    drop(slopes);
+    steps.push(Step { name, view, surface });
     progress.advance(2);
     if let Some(polish) = polish {
         let name = format!("and polished, sigma {} mm", polish.sigma_mm());
-        let polished = polish.polished(&steps[1].surface);
-        steps.push(step(&name, polished)?);
+        steps.push(step(&name, polished(&steps[1].surface, &piece.surface, polish))?);
         progress.advance(3);
         // The same polish without scallops tells what costs what.
         steps.insert(
@@ -161,6 +162,20 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
 /// The face that a pass leaves.
 pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
     Rows::along(surface, *pass).and_then(|rows| rows.milled()).map_err(Failure::refused)
+}
+
+/// A milled face after its polish, on no more nodes than it then needs and on no fewer than the design has: at a spacing of half the
+/// standard deviation the polish has left 3e-9 of the shortest wave that the nodes hold.
+pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polish) -> HeightField {
+    let (fine, coarse) = (milled.heights_mm(), design.heights_mm());
+    let polished = polish.polished(milled);
+    let enough = |size: f64, fine: usize, coarse: usize| {
+        let cells = 2.0 * size / polish.sigma_mm();
+        (1 + cells.ceil().clamp(0.0, 1e9) as usize).max(coarse).min(fine)
+    };
+    let extent = milled.extent();
+    let (nx, ny) = (enough(extent.width_mm, fine.nx(), coarse.nx()), enough(extent.height_mm, fine.ny(), coarse.ny()));
+    if (nx, ny) == (fine.nx(), fine.ny()) { polished } else { polished.resampled(nx, ny) }
 }
 
 fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {

@@ -79,12 +79,40 @@ impl Workpiece {
     }
 }
 
-/// The light of a milled face, by its own slopes.
+/// Cells along y of a strip of a milled face.
+const STRIP: usize = 256;
+/// Beams per pixel along each side that a milled face is traced with at least. With fewer than of a smooth face: the image is within
+/// 0.001 of that of infinitely many, where scallops move it by a hundred times that.
+const SCALLOP_BEAMS: usize = 4;
+
+/// The light of a milled face, by its own slopes. Strip by strip: the tracer keeps several times what the face itself takes, and light
+/// along the axis stays in its strip until it leaves the glass.
 pub(crate) fn look_at_scallops(examiner: &Examiner, milled: &Milled, entry_z_mm: f64) -> Result<View, Failure> {
-    let normals = milled.slopes.as_slice().par_iter().map(|slope| (-slope.extend(-1.0)).normalize()).collect();
-    let block = block_of(&milled.surface, entry_z_mm)?.with_normals(normals).map_err(Failure::refused)?;
-    let subject = Subject::Block(Box::new(block));
-    let image = examiner.look(&subject, Surface::Smooth, Geometry::Displaced)?.image;
+    let (heights, slopes) = (milled.surface.heights_mm(), &milled.slopes);
+    let (extent, (nx, cells)) = (milled.surface.extent(), (heights.nx(), heights.ny() - 1));
+    let (wide, high) = examiner.pixels();
+    let beams_across = (SCALLOP_BEAMS * wide).max(nx - 1);
+    let beams_per_cell = (SCALLOP_BEAMS * high).div_ceil(cells);
+    let strips = cells.div_ceil(STRIP);
+    let mut image = Image::new(wide, high, vec![0.0; wide * high]);
+    for strip in 0..strips {
+        let (begin, end) = (strip * cells / strips, (strip + 1) * cells / strips);
+        let share = (end - begin) as f64 / cells as f64;
+        let nodes = begin * nx..(end + 1) * nx;
+        let normals = slopes.as_slice()[nodes.clone()].par_iter().map(|slope| (-slope.extend(-1.0)).normalize());
+        let size = DVec2::new(extent.width_mm, extent.height_mm * share);
+        let block =
+            Block::from_heights(size, entry_z_mm, (nx, end + 1 - begin), heights.as_slice()[nodes.clone()].to_vec())
+                .and_then(|block| block.with_normals(normals.collect()))
+                .map_err(Failure::refused)?;
+        let subject = Subject::Block(Box::new(block));
+        let mut scene = examiner.scene_for(&subject);
+        (scene.surface, scene.geometry, scene.traversal) = (Surface::Smooth, Geometry::Displaced, Traversal::Grid);
+        // The strip stands in the middle of its own bench.
+        scene.window.centre_mm.y -= ((begin + end) as f64 / (2 * cells) as f64 - 0.5) * extent.height_mm;
+        let seen = beams(&subject.tracer(&scene)?, beams_across, beams_per_cell * (end - begin)).image;
+        image.values.iter_mut().zip(&seen.values).for_each(|(sum, value)| *sum += share * value);
+    }
     Ok(View { metrics: compare(examiner, &image)?, image })
 }
 

@@ -5,7 +5,11 @@
 //! left is `+x` there). Both files carry their numbers as text: see [`HeightMap::entries`].
 
 use super::{WriteError, write_atomically};
-use crate::{grid::Field, solid::Solid, surface::HeightField};
+use crate::{
+    fabricate::{Cutter, tool_offset},
+    grid::Field,
+    solid::Solid,
+};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text,
     WritableImage,
@@ -18,10 +22,10 @@ use std::{
 
 /// What the heights of a map are.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Meaning {
+enum Meaning {
     /// The face itself.
     Surface,
-    /// Where the tip of a cutter goes, already offset for it; the cutter's name, such as `ball 3 mm`.
+    /// Where the tip of a cutter goes, already offset for it; the cutter as [`Cutter`] writes it, such as `ball:3mm`.
     ToolTip(String),
 }
 
@@ -78,17 +82,21 @@ impl HeightMapFormat {
 impl HeightMap {
     /// The map of a block's exit face.
     pub fn of(solid: &Solid) -> Self {
-        Self::new(solid, solid.surface(), Meaning::Surface)
+        Self::new(solid, solid.surface().heights_mm().clone(), Meaning::Surface)
     }
 
-    /// The map of other heights over the same block, with the same frame, such as the path of a cutter's tip.
-    pub fn new(solid: &Solid, heights: &HeightField, meaning: Meaning) -> Self {
-        let field = heights.heights_mm();
+    /// The map of where the tip of a cutter goes over a block's exit face: see [`tool_offset`].
+    pub fn of_tips(solid: &Solid, cutter: Cutter) -> Self {
+        Self::new(solid, tool_offset(solid.surface(), cutter), Meaning::ToolTip(cutter.to_string()))
+    }
+
+    /// The map of heights at equidistant nodes over a block, mm above the mean plane of its exit face.
+    fn new(solid: &Solid, heights_mm: Field<f64>, meaning: Meaning) -> Self {
         Self {
-            pitch_mm: heights.extent().node_spacing(field.nx(), field.ny()),
+            pitch_mm: solid.surface().extent().node_spacing(heights_mm.nx(), heights_mm.ny()),
             entry_z_mm: solid.entry_z_mm(),
             top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
-            heights_mm: field.clone(),
+            heights_mm,
             meaning,
         }
     }
@@ -116,7 +124,7 @@ impl HeightMap {
         let size = self.picture_size_mm();
         let meaning = match &self.meaning {
             Meaning::Surface => "the face itself".to_owned(),
-            Meaning::ToolTip(cutter) => format!("tip of the cutter {cutter}, already offset"),
+            Meaning::ToolTip(cutter) => format!("tip of the cutter {cutter} (radii), already offset for it"),
         };
         let number = |value: f64| format!("{value:?}");
         vec![

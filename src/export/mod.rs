@@ -16,7 +16,7 @@ mod three_mf;
 
 pub use atomic::{Held, WriteError, probe, remove_unfinished, write_atomically};
 pub use glb::write_glb;
-pub use height_map::{HeightMap, HeightMapError, HeightMapFormat, Meaning};
+pub use height_map::{HeightMap, HeightMapError, HeightMapFormat};
 pub use obj::write_obj;
 pub use ply::write_ply;
 pub use step::{NetFit, StepError, StepTolerance, choose_net, write_step};

@@ -212,6 +212,20 @@ pub struct Rows<'a> {
     pub(super) count: usize,
     /// Tip height and its slope along the row; infinite where the cutter passes the block.
     pub(super) tips: Vec<[f64; 2]>,
+    /// In every row, in order, what its tips do not tell.
+    pub(super) kinks: Vec<Vec<Kink>>,
+}
+
+/// Between two positions the contact jumps, and another contact may hold the cutter up on the way: where the tangents of both meet
+/// it has been dropped once more.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kink {
+    /// The position before it.
+    pub(super) position: usize,
+    /// Where between, in parts of the spacing.
+    pub(super) at: f64,
+    /// Height of the tip and its slope there.
+    pub(super) tip: [f64; 2],
 }
 
 /// Positions in a row are at most this part of the node spacing apart: the way of the tip is cubic between them, and its error is
@@ -247,20 +261,34 @@ impl<'a> Rows<'a> {
         // Leaving an allowance is cutting with a cutter that has grown by it.
         let drop = DropCutter::new(surface, pass.cutter.grown(pass.allowance_mm));
         let mut tips = vec![[f64::INFINITY, 0.0]; count * positions];
-        tips.par_chunks_mut(positions).enumerate().for_each(|(k, row)| {
-            let mut offset = DVec2::ZERO;
-            for (i, tip) in row.iter_mut().enumerate() {
-                let u = first.x + i as f64 * spacing_mm;
+        let mut kinks = vec![Vec::new(); count];
+        tips.par_chunks_mut(positions).zip(&mut kinks).enumerate().for_each(|(k, (row, kinks))| {
+            let drop_at = |place: f64, offset: DVec2| {
+                let u = first.x + place * spacing_mm;
                 let axis = u * along + (first.y + k as f64 * pass.step_over_mm) * across;
-                let Some(contact) = drop.drop(axis, axis + offset) else { continue };
-                offset = contact.at - axis;
-                if let Some(slope) = slope(&drop.cutter(), offset, along) {
-                    *tip = [contact.tip_mm + pass.allowance_mm, slope];
-                }
+                let contact = drop.drop(axis, axis + offset)?;
+                let offset = contact.at - axis;
+                let slope = slope(&drop.cutter(), offset, along);
+                Some((offset, slope.map(|slope| [contact.tip_mm + pass.allowance_mm, slope])))
+            };
+            let mut last: Option<DVec2> = None;
+            for i in 0..positions {
+                let Some((offset, tip)) = drop_at(i as f64, last.unwrap_or_default()) else {
+                    last = None;
+                    continue;
+                };
+                row[i] = tip.unwrap_or(row[i]);
+                let jumped = last.is_some_and(|last| last.distance(offset) > JUMP * spacing_mm);
+                let meets = if jumped { meeting(row[i - 1], row[i], spacing_mm) } else { None };
+                kinks.extend(meets.and_then(|at| {
+                    let (_, tip) = drop_at(i as f64 - 1.0 + at, offset)?;
+                    Some(Kink { position: i - 1, at, tip: tip? })
+                }));
+                last = Some(offset);
             }
             differences(row, spacing_mm);
         });
-        Ok(Self { surface, pass, along, across, first, positions, spacing_mm, count, tips })
+        Ok(Self { surface, pass, along, across, first, positions, spacing_mm, count, tips, kinks })
     }
 
     /// The pass.
@@ -291,8 +319,20 @@ fn slope(cutter: &Cutter, offset: DVec2, along: DVec2) -> Option<f64> {
     }
 }
 
-/// No face is as steep as this; only edges are touched so.
-const STEEPEST: f64 = 3.0;
+/// No face is as steep as this; only edges are touched so. Over an edge the way of the tip is the profile upside down, of which a
+/// cubic over a stretch `h` misses `h^4 / 384 * 3 (1 + 4 s^2 / (1 + s^2)) (1 + s^2)^(7/2) / r^3` at the slope `s`: at the spacings
+/// above 6e-5 of the corner's radius at a slope of 2, and twelve times as much at 3.
+const STEEPEST: f64 = 2.0;
+
+/// A contact that moves by more than this many spacings from one position to the next has jumped.
+const JUMP: f64 = 8.0;
+
+/// Where between two positions the tangents of both meet below them, in parts of the spacing.
+fn meeting([a, p]: [f64; 2], [b, q]: [f64; 2], spacing_mm: f64) -> Option<f64> {
+    let (p, q) = (p * spacing_mm, q * spacing_mm);
+    let at = (a - b + q) / (q - p);
+    (q > p && at > 0.0 && at < 1.0).then_some(at)
+}
 
 /// Fills in slopes that are not known, by differences of neighbours.
 fn differences(row: &mut [[f64; 2]], spacing_mm: f64) {
