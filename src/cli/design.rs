@@ -281,7 +281,8 @@ impl Opinion {
             let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
             (judge::field_of(&finished.view.image), note)
         });
-        let mut pictures: Vec<(&str, Box<dyn Fn() -> GrayImage + Sync>)> = vec![
+        type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
+        let mut pictures: Vec<(&str, Draw)> = vec![
             ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
             ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
             ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
