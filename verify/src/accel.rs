@@ -96,6 +96,14 @@ pub(crate) fn edge(a: DVec2, b: DVec2) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
+/// Whether a ray passes beside everything between these corners, sheared so that it is the origin: most candidates are told off so.
+#[inline(always)]
+pub(crate) fn passes_beside(corners: &[(DVec2, f64); 4]) -> bool {
+    let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
+    let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
+    lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any()
+}
+
 /// Where a ray passes through a triangle, given its corners in the ray's sheared space. The border counts as inside.
 #[inline]
 pub(crate) fn crossing(corners: [(DVec2, f64); 3]) -> Option<Crossing> {

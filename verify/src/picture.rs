@@ -2,7 +2,8 @@
 
 use crate::film::Image;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, ReadChannels, ReadLayers,
+    Text, WritableImage,
 };
 use image::{ImageBuffer, ImageFormat, Luma};
 use std::{
@@ -29,6 +30,18 @@ pub enum PictureError {
         /// Why.
         reason: String,
     },
+}
+
+/// The first layer of an OpenEXR file, with all channels and attributes.
+pub(crate) fn read_exr_layer(bytes: impl AsRef<[u8]>) -> exr::error::Result<Layer<AnyChannels<FlatSamples>>> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_buffered(std::io::Cursor::new(bytes))?;
+    Ok(image.layer_data)
 }
 
 /// Writes an image as OpenEXR: one channel `Y` of 32-bit floats, linear.

@@ -12,12 +12,9 @@
 //! Like is compared with like: renderers interpolate vertex normals over flat triangles, so the verifier does too
 //! ([`Surface::Smooth`]), with the same normals. The distance to the spline surface is stated besides.
 
-mod blender;
 mod image;
 mod job;
-mod luxcore;
 mod map;
-mod mitsuba;
 mod povray;
 mod scripted;
 mod shaded;
@@ -36,6 +33,7 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use scripted::Script;
 use shaded::ShadedMesh;
 use std::{ffi::OsString, path::Path};
 
@@ -164,13 +162,11 @@ impl<'a> Study<'a> {
         let margin = DVec2::splat(1.0).max(0.02 * (to - from));
         let landed = [from - margin, to + margin];
         let shaded = ShadedMesh::new(self.mesh, self.block);
-        let job = match renderer {
-            Renderer::PovRay => povray::map(folder, landed, (ours.nx, ours.ny)),
-            Renderer::Blender => blender::map(folder, landed, (ours.nx, ours.ny)),
-            Renderer::Mitsuba => mitsuba::map(folder, landed, (ours.nx, ours.ny)),
-            Renderer::LuxCore => return Err(CrosscheckError::NoMap(renderer)),
+        let job = match Script::of(renderer) {
+            None => povray::map(folder, landed, (ours.nx, ours.ny)),
+            Some(script) => script.map(renderer, folder, landed, (ours.nx, ours.ny))?,
         };
-        self.write(&job, &shaded, renderer)?;
+        self.write(&job, &shaded)?;
         Ok(job)
     }
 
@@ -180,29 +176,25 @@ impl<'a> Study<'a> {
     /// Whatever the file system refuses.
     pub fn write_image(&self, renderer: Renderer, folder: &Path, ours: &Image) -> Result<Job, CrosscheckError> {
         let shaded = ShadedMesh::new(self.mesh, self.block);
-        let job = match renderer {
-            Renderer::PovRay => {
+        let job = match Script::of(renderer) {
+            None => {
                 let peak = ours.values.iter().copied().fold(0.0, f64::max);
                 if peak <= 0.0 {
                     return Err(CrosscheckError::Dark);
                 }
                 povray::image(folder, peak, self.block.size_mm(), (ours.nx, ours.ny))
             }
-            Renderer::Blender => blender::image(folder, (ours.nx, ours.ny)),
-            Renderer::Mitsuba => mitsuba::image(folder, (ours.nx, ours.ny)),
-            Renderer::LuxCore => luxcore::image(folder, (ours.nx, ours.ny)),
+            Some(script) => script.image(renderer, folder, (ours.nx, ours.ny)),
         };
-        self.write(&job, &shaded, renderer)?;
+        self.write(&job, &shaded)?;
         Ok(job)
     }
 
-    fn write(&self, job: &Job, shaded: &ShadedMesh, renderer: Renderer) -> Result<(), CrosscheckError> {
+    fn write(&self, job: &Job, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
         job.make_folder()?;
-        match renderer {
-            Renderer::PovRay => povray::write(job, self, shaded)?,
-            Renderer::Blender => scripted::write(&blender::SCRIPT, job, self, shaded)?,
-            Renderer::Mitsuba => scripted::write(&mitsuba::SCRIPT, job, self, shaded)?,
-            Renderer::LuxCore => scripted::write(&luxcore::SCRIPT, job, self, shaded)?,
+        match Script::of(job.renderer) {
+            None => povray::write(job, self, shaded)?,
+            Some(script) => script.write(job, self, shaded)?,
         }
         job.write_readme()
     }

@@ -1,8 +1,8 @@
 //! Height maps: a picture whose pixels are nodes, with its numbers beside it as text.
 
 use super::LoadError;
-use crate::mesh::Mesh;
-use exr::prelude::{AttributeValue, ReadChannels, ReadLayers};
+use crate::{mesh::Mesh, picture::read_exr_layer};
+use exr::prelude::AttributeValue;
 use glam::DVec3;
 use std::{collections::HashMap, io::Cursor};
 
@@ -35,15 +35,7 @@ pub(super) fn parse_png(bytes: &[u8]) -> Result<Mesh, LoadError> {
 
 /// OpenEXR with a channel Y, mm.
 pub(super) fn parse_exr(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| malformed(error.to_string()))?;
-    let layer = image.layer_data;
+    let layer = read_exr_layer(bytes).map_err(|error| malformed(error.to_string()))?;
     let (nx, ny) = (layer.size.0, layer.size.1);
     let notes: HashMap<String, String> = layer
         .attributes

@@ -8,11 +8,11 @@
 use super::PhotonTally;
 use crate::{
     film::{Tally, UNIT},
-    picture::{PictureError, write_whole},
+    picture::{PictureError, read_exr_layer, write_whole},
 };
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, Layer,
-    LayerAttributes, LineOrder, ReadChannels, ReadLayers, Text, WritableImage, read,
+    LayerAttributes, LineOrder, Text, WritableImage,
 };
 use std::{
     collections::HashMap,
@@ -111,15 +111,7 @@ const SUM_WORDS: usize = 2;
 const SQUARE_WORDS: usize = 4;
 
 fn parse(bytes: Vec<u8>) -> Result<(PhotonTally, String), String> {
-    let image = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_buffered(Cursor::new(bytes))
-        .map_err(|error| error.to_string())?;
-    let layer = image.layer_data;
+    let layer = read_exr_layer(bytes).map_err(|error| error.to_string())?;
     let comment = layer.attributes.comments.as_ref().map(ToString::to_string).unwrap_or_default();
     let mut lines = comment.lines();
     if lines.next() != Some(KIND) {

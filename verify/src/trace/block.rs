@@ -2,7 +2,7 @@
 
 use super::{End, Path};
 use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing},
+    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
     block::{Block, Diagonal},
     optics::{Interface, Refraction, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal},
@@ -257,10 +257,7 @@ impl BlockTracer {
         let z = cell.heights;
         let corners = [(x[0], y[0], z[0]), (x[1], y[0], z[1]), (x[1], y[1], z[2]), (x[0], y[1], z[3])]
             .map(|(x, y, z)| ray.sheared(DVec3::new(x, y, z)));
-        // Most candidates are passed at a distance; the ray is the origin here.
-        let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
-        let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
-        if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
+        if passes_beside(&corners) {
             return None;
         }
         let mut nearest: Option<Hit> = None;

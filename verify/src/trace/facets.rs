@@ -1,10 +1,10 @@
 //! Triangles in their search structure.
 
 use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing},
+    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
     mesh::Mesh,
 };
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -114,10 +114,7 @@ impl Facets {
         let mut nearest = best;
         accelerator.visit(ray, |slot| {
             let corners = self.quads.at(slot).map(|p| ray.sheared(p));
-            // Most candidates are passed at a distance; the ray is the origin here.
-            let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
-            let hi = corners[0].0.max(corners[1].0).max(corners[2].0).max(corners[3].0);
-            if lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any() {
+            if passes_beside(&corners) {
                 return None;
             }
             let mut met = None;
