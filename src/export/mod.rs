@@ -62,6 +62,15 @@ impl Design {
         )
     }
 
+    /// What the block is made of, where the receiver stands, and what coordinates mean, as a line for people.
+    fn description(&self, solid: &Solid) -> String {
+        let material = match self.exit_face {
+            ExitFace::Refracts { ior } => format!("refractive index {ior}"),
+            ExitFace::Reflects => "mirror".to_owned(),
+        };
+        format!("{material}, receiver {} mm from the mean exit plane; {}", self.distance_mm, solid.frame_line())
+    }
+
     /// The name for formats of 7-bit text, on one line.
     fn ascii_name(&self) -> String {
         self.name.chars().map(|c| if c == ' ' || c.is_ascii_graphic() { c } else { '?' }).collect()

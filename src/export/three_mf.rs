@@ -2,7 +2,7 @@ use super::{
     Design,
     text::{in_order, plain_decimal},
 };
-use crate::{bench::ExitFace, solid::Solid};
+use crate::solid::Solid;
 use std::io::{self, Cursor, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
 
@@ -43,16 +43,8 @@ fn model(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result<
         writer,
         r#"<model unit="millimeter" xml:lang="en-US" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">"#
     )?;
-    let material = match design.exit_face {
-        ExitFace::Refracts { ior } => format!("refractive index {ior}"),
-        ExitFace::Reflects => "mirror".to_owned(),
-    };
     let name = escaped(&design.name);
-    let description = escaped(&format!(
-        "{material}, receiver {} mm from the mean exit plane; {}",
-        design.distance_mm,
-        solid.frame_line()
-    ));
+    let description = escaped(&design.description(solid));
     let application = concat!("glasswarp ", env!("CARGO_PKG_VERSION"));
     for (key, value) in [("Title", &name), ("Description", &description), ("Application", &application.to_owned())] {
         writeln!(writer, r#"<metadata name="{key}">{value}</metadata>"#)?;

@@ -206,7 +206,7 @@ impl Sweep<'_> {
     fn along_row(&self, row: usize, at: DVec2, guess: f64) -> Cut {
         let rows = self.rows;
         let radius = rows.pass.cutter.radius_mm();
-        let aside = rows.first.y + row as f64 * rows.pass.step_over_mm - at.y;
+        let aside = self.aside(at, row);
         let square = radius * radius - aside * aside;
         if square <= 0.0 {
             return Cut { height: f64::INFINITY, row, u: guess };

@@ -10,7 +10,7 @@ mod shell;
 pub use choose::{NetFit, StepError, StepTolerance, choose_net};
 
 use super::{Design, text::in_order};
-use crate::{bench::ExitFace, solid::Solid, surface::ControlNet};
+use crate::{solid::Solid, surface::ControlNet};
 use glam::DVec3;
 use shell::{Curve, Face, Sense, Shell, Surface};
 use std::{
@@ -37,23 +37,15 @@ pub fn write_step(writer: &mut impl Write, solid: &Solid, net: &ControlNet, desi
     write_points(writer, solid, net)?;
     let mut out = Part { text: String::new(), next: points.0 * points.1 + 1 };
     let brep = out.shell(&shell, net, &name);
-    out.product(brep, &name, &quoted(&description(solid, design)));
+    out.product(brep, &name, &quoted(&design.description(solid)));
     writer.write_all(out.text.as_bytes())?;
     writer.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     writer.flush()
 }
 
-fn description(solid: &Solid, design: &Design) -> String {
-    let material = match design.exit_face {
-        ExitFace::Refracts { ior } => format!("refractive index {ior}"),
-        ExitFace::Reflects => "mirror".to_owned(),
-    };
-    format!("{material}, receiver {} mm from the mean exit plane; {}", design.distance_mm, solid.frame_line())
-}
-
 fn header(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result<()> {
     writeln!(writer, "ISO-10303-21;\nHEADER;")?;
-    writeln!(writer, "FILE_DESCRIPTION(({}),'2;1');", quoted(&description(solid, design)))?;
+    writeln!(writer, "FILE_DESCRIPTION(({}),'2;1');", quoted(&design.description(solid)))?;
     // The time is left out, so that the same block is the same file.
     let version = env!("CARGO_PKG_VERSION");
     let name = quoted(&design.name);
