@@ -3,7 +3,7 @@
 use super::{
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
-    side_file::SideFile,
+    side_file::{SideFile, file_name},
     workpiece::block_of,
 };
 use glam::DVec3;
@@ -160,10 +160,6 @@ pub(crate) fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
     }
     let triangles = (0..solid.triangle_count()).into_par_iter().map(|t| solid.triangle(t)).collect();
     Mesh { vertices, triangles, normals: None }
-}
-
-fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 /// Prints the steps as a table, and what the paper's assumption is worth.

@@ -167,10 +167,7 @@ impl Subject {
             ));
         }
         let settings = Settings::read(&args.block)?;
-        let picture = settings.picture.clone().ok_or_else(|| {
-            Failure::Usage(format!("{} names no picture: add picture = \"...\" to its [design]", args.block.display()))
-        })?;
-        let plan = Plan::new(picture, settings)?;
+        let plan = Plan::new(settings.named_picture(&args.block)?, settings)?;
         let progress = TerminalProgress::new();
         let block = plan.design(&progress);
         progress.finish();
@@ -233,10 +230,13 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
         format!("at most {degrees:.2} degrees, at {} (--max-slope {})", place(at), args.max_slope),
     );
     let critical = (1.0 / subject.ior).asin().to_degrees();
-    say("light", degrees < critical, format!("all of it leaves: total reflection begins at {critical:.2} degrees"));
-    if degrees >= critical {
-        say("light", false, format!("is totally reflected where the slope exceeds {critical:.2} degrees"));
-    }
+    let leaves = degrees < critical;
+    let says = if leaves {
+        format!("all of it leaves: total reflection begins at {critical:.2} degrees")
+    } else {
+        format!("is totally reflected where the slope exceeds {critical:.2} degrees")
+    };
+    say("light", leaves, says);
 
     let relief = subject.surface.relief_mm();
     let greatest = subject.thinnest_mm + relief;

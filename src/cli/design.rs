@@ -11,7 +11,7 @@ use super::{
     side_file::{self, BenchRecord, SideFile},
 };
 use glasswarp::{
-    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
@@ -100,12 +100,7 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
     let mut settings = args.settings.clone();
     let picture = if is_design {
         settings = settings.or(Settings::read(&args.picture)?);
-        settings.picture.clone().ok_or_else(|| {
-            Failure::Usage(format!(
-                "{} names no picture: add picture = \"...\" to its [design]",
-                args.picture.display()
-            ))
-        })?
+        settings.named_picture(&args.picture)?
     } else {
         args.picture.clone()
     };
@@ -148,23 +143,21 @@ fn write_files(
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
-    let height_map = match cutter {
+    let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
+    let height_map = wants_map.then(|| match cutter {
         Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
         None => HeightMap::of(&block.solid),
-    };
+    });
     // Text is made on one core; several files take turns.
-    let write = |output: &PathBuf| match Format::from_path(output) {
-        Ok(Format::Step) => write_step(plan, output, block, &design).map(Some),
-        Ok(_) => export::export(output, &block.solid, &design).map(|()| None).map_err(|error| match error {
-            ExportError::Write(error) => Failure::writing(error),
-            refused => Failure::refused(refused),
-        }),
-        Err(_) => {
-            height_map.write(output).map(|()| Some(height_map_note(output, &height_map))).map_err(|error| match error {
+    let write = |output: &PathBuf| match (Format::from_path(output), &height_map) {
+        (Ok(Format::Step), _) => write_step(plan, output, block, &design).map(Some),
+        (Err(_), Some(map)) => {
+            map.write(output).map(|()| Some(height_map_note(output, map))).map_err(|error| match error {
                 HeightMapError::Write(error) => Failure::writing(error),
                 refused => Failure::refused(refused),
             })
         }
+        _ => export::export(output, &block.solid, &design).map(|()| None).map_err(Failure::exporting),
     };
     let notes: Vec<Option<String>> = outputs.par_iter().map(write).collect::<Result<_, _>>()?;
     for output in outputs {
@@ -191,7 +184,7 @@ fn write_files(
                 solver: plan.solver,
                 transfer: plan.transfer,
                 solid: &block.solid,
-                height_map: &height_map,
+                height_map: height_map.as_ref(),
                 done: None,
                 outputs,
             },

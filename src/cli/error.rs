@@ -1,3 +1,4 @@
+use glasswarp::export::ExportError;
 use std::{error::Error, io, path::Path, process::ExitCode};
 
 /// What ends a command early. The kind decides the exit code.
@@ -42,6 +43,24 @@ impl Failure {
 
     pub(crate) fn refused(error: impl Error + Send + Sync + 'static) -> Self {
         Self::Refused(error.into())
+    }
+
+    /// An export that failed: the disk's fault or the request's.
+    pub(crate) fn exporting(error: ExportError) -> Self {
+        match error {
+            ExportError::Write(error) => Self::writing(error),
+            refused => Self::refused(refused),
+        }
+    }
+
+    /// Fails if a relative RMS error exceeds the limit that the user set with --max-error; `which` names it.
+    pub(crate) fn unless_within(limit: Option<f64>, error: f64, which: &str, when: &str) -> Result<(), Self> {
+        match limit {
+            Some(limit) if error.is_nan() || error > limit => Err(Self::FellShort(format!(
+                "{which} relative RMS error is {error:.4}{when}, above the limit of {limit} (--max-error)"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Prints what happened and why, and gives the exit code: 1 input, output or internal, 2 usage, 3 fell short, 4 mesh.

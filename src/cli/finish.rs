@@ -37,16 +37,14 @@ impl Finished {
             return Err(Failure::Usage("only a block can be finished".into()));
         };
         let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
-        let mut surface = surface_of(block);
-        let mut cut = None;
-        if let (Some(cutter), Some(step_over_mm)) = (plan.cutter, plan.step_over_mm) {
-            let milled = mill(&surface, &Pass::finishing(cutter, step_over_mm))?;
-            surface = milled.surface.clone();
-            cut = Some(milled);
-        }
         let design = surface_of(block);
-        let after = |polish: Polish| look(examiner, &polished(&surface, &design, polish), entry_z_mm);
-        let (view, off) = match (plan.polish, cut) {
+        let cut = match (plan.cutter, plan.step_over_mm) {
+            (Some(cutter), Some(step_over_mm)) => Some(mill(&design, &Pass::finishing(cutter, step_over_mm))?),
+            _ => None,
+        };
+        let surface = cut.as_ref().map_or(&design, |milled| &milled.surface);
+        let after = |polish: Polish| look(examiner, &polished(surface, &design, polish), entry_z_mm);
+        let (view, off) = match (plan.polish, &cut) {
             (Some(polish), _) => {
                 let other = |share: f64| -> Result<f64, Failure> {
                     let polish = Polish::new(share * polish.sigma_mm()).map_err(Failure::refused)?;
@@ -54,8 +52,8 @@ impl Finished {
                 };
                 (after(polish)?, Some([other(0.9)?, other(1.1)?]))
             }
-            (None, Some(milled)) => (look_at_scallops(examiner, &milled, entry_z_mm)?, None),
-            (None, None) => (look(examiner, &surface, entry_z_mm)?, None),
+            (None, Some(milled)) => (look_at_scallops(examiner, milled, entry_z_mm)?, None),
+            (None, None) => (look(examiner, surface, entry_z_mm)?, None),
         };
         Ok(Self { plan, view, off })
     }
@@ -77,13 +75,7 @@ impl Finished {
 
     /// Fails if the error exceeds a limit that the user set.
     pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
-        let error = self.view.metrics.rel_rms;
-        match limit {
-            Some(limit) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
-                "the caustic's relative RMS error is {error:.4} after the finish, above the limit of {limit} (--max-error)"
-            ))),
-            _ => Ok(()),
-        }
+        Failure::unless_within(limit, self.view.metrics.rel_rms, "the caustic's", " after the finish")
     }
 }
 

@@ -174,18 +174,22 @@ impl Examiner {
     /// The light that comes through the subject, without noise.
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
         let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
-        let (mut nx, mut ny) = self.beams();
-        if let Subject::Block(block) = subject {
-            // What is finer than pixels, such as the scallops of a cutter, still bends the light.
-            let (columns, rows) = block.nodes();
-            (nx, ny) = (nx.max(columns - 1), ny.max(rows - 1));
-        }
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
-            (Subject::Block(_), _) => beams(&tracer, nx, ny),
-            // A lens gathers the light of all of its face in a few pixels.
-            (Subject::Solid(_), _) => beams(&tracer, nx.max(LEAST_BEAMS), ny.max(LEAST_BEAMS)),
+            (Subject::Block(block), _) => self.beams_through(block, &tracer, BEAMS_PER_PIXEL),
+            (Subject::Solid(_), _) => {
+                // A lens gathers the light of all of its face in a few pixels.
+                let (nx, ny) = self.beams();
+                beams(&tracer, nx.max(LEAST_BEAMS), ny.max(LEAST_BEAMS))
+            }
         })
+    }
+
+    /// The light that a tracer of this block finds, by beams: so many per pixel along each side, and at least one per node. What is finer
+    /// than pixels, such as the scallops of a cutter, still bends the light.
+    pub(crate) fn beams_through(&self, block: &Block, tracer: &Tracer, per_pixel: usize) -> Beams {
+        let ((nx, ny), (columns, rows)) = (self.pixels(), block.nodes());
+        beams(tracer, (per_pixel * nx).max(columns - 1), (per_pixel * ny).max(rows - 1))
     }
 
     /// How well an image agrees with the target, if there is one.
@@ -241,15 +245,8 @@ pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -
 impl Judgement {
     /// Fails if the error exceeds a limit that the user set.
     pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
-        match (limit, &self.verdict) {
-            (Some(limit), Some(verdict)) if verdict.metrics.rel_rms.is_nan() || verdict.metrics.rel_rms > limit => {
-                Err(Failure::FellShort(format!(
-                    "the caustic's relative RMS error is {:.4}, above the limit of {limit} (--max-error)",
-                    verdict.metrics.rel_rms
-                )))
-            }
-            _ => Ok(()),
-        }
+        let Some(verdict) = &self.verdict else { return Ok(()) };
+        Failure::unless_within(limit, verdict.metrics.rel_rms, "the caustic's", "")
     }
 
     /// Prints the judgement for people.

@@ -11,7 +11,7 @@ use super::{
 };
 use glasswarp::{
     bench::ExitFace,
-    export::{self, Design, ExportError, Format, HeightMap},
+    export::{self, Design, Format},
     fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
     report::{self, Captioned},
     solid::{Solid, Stock},
@@ -117,12 +117,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         }
     }
     let error = steps[steps.len() - 1].view.metrics.rel_rms;
-    match args.max_error {
-        Some(limit) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
-            "the relative RMS error is {error:.4} in the end, above the limit of {limit} (--max-error)"
-        ))),
-        _ => Ok(()),
-    }
+    Failure::unless_within(args.max_error, error, "the", " in the end")
 }
 
 fn is_picture(path: &Path) -> bool {
@@ -258,10 +253,7 @@ fn write_block(
     let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let exit_face = ExitFace::Refracts { ior: piece.place.ior };
     let design = Design { name: format!("{name} milled"), exit_face, distance_mm: piece.place.distance_mm };
-    export::export(output, &solid, &design).map_err(|error| match error {
-        ExportError::Write(error) => Failure::writing(error),
-        refused => Failure::refused(refused),
-    })?;
+    export::export(output, &solid, &design).map_err(Failure::exporting)?;
     let bench = BenchRecord {
         entry_z_mm: solid.entry_z_mm(),
         relief_mm: surface.relief_mm(),
@@ -283,7 +275,7 @@ fn write_block(
         solver: settings.solver.unwrap_or_default(),
         transfer: settings.transfer.unwrap_or(super::settings::TransferName::Srgb),
         solid: &solid,
-        height_map: &HeightMap::of(&solid),
+        height_map: None,
         done: Some(&done),
         outputs: &[output],
     };

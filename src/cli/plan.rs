@@ -37,9 +37,8 @@ pub(crate) struct Plan {
 impl Plan {
     /// Reads the picture and validates the settings.
     pub(crate) fn new(picture: PathBuf, mut settings: Settings) -> Result<Self, Failure> {
-        let values = open_picture(&picture, settings.transfer.map(Transfer::from))?;
         let offset = settings.offset.unwrap_or(0.1);
-        let target = TargetIrradiance::from_picture(&values, offset).map_err(Failure::refused)?;
+        let target = open_target(&picture, settings.transfer.map(Transfer::from), offset)?;
         let (nx, ny) = (target.cells().nx(), target.cells().ny());
         let width_mm = settings.size.map_or(100.0, |length| length.mm);
         let ior = match (&settings.material, settings.ior) {
@@ -136,8 +135,13 @@ fn shape(settings: &Settings) -> Result<Shape, Failure> {
     Ok(Shape { rim, origin: settings.origin.unwrap_or_default().into() })
 }
 
+/// Reads a picture as light plus a constant.
+pub(crate) fn open_target(path: &Path, transfer: Option<Transfer>, offset: f64) -> Result<TargetIrradiance, Failure> {
+    TargetIrradiance::from_picture(&open_picture(path, transfer)?, offset).map_err(Failure::refused)
+}
+
 /// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.
-pub(crate) fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Failure> {
+fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Failure> {
     Picture::open(path, transfer).map_err(|error| match error {
         PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
             Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }

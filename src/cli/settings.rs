@@ -210,6 +210,13 @@ impl Settings {
         Ok(settings)
     }
 
+    /// The picture that a design file names.
+    pub(crate) fn named_picture(&self, file: &Path) -> Result<PathBuf, Failure> {
+        self.picture.clone().ok_or_else(|| {
+            Failure::Usage(format!("{} names no picture: add picture = \"...\" to its [design]", file.display()))
+        })
+    }
+
     /// Takes the picture's path, so far relative to the file that names it, relative to the working folder.
     pub(crate) fn resolve_picture(&mut self, file: &Path) {
         if let Some(picture) = &mut self.picture {

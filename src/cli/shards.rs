@@ -1,7 +1,7 @@
 //! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
 
-use super::{error::Failure, judge, plan::open_picture, settings::TransferName, side_file, verify::IrradianceFile};
-use glasswarp::target::{TargetIrradiance, Transfer};
+use super::{error::Failure, judge, plan::open_target, settings::TransferName, side_file, verify::IrradianceFile};
+use glasswarp::target::Transfer;
 use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
     path::{Path, PathBuf},
@@ -96,19 +96,13 @@ fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failur
 
 /// Fails if the error exceeds a limit that the user set.
 pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<(), Failure> {
-    match (error.map(|error| error.rel_rms()), limit) {
-        (Some(error), Some(limit)) if error.is_nan() || error > limit => Err(Failure::FellShort(format!(
-            "the caustic's relative RMS error is {error:.4} by photons, above the limit of {limit} (--max-error)"
-        ))),
-        _ => Ok(()),
-    }
+    error.map_or(Ok(()), |error| Failure::unless_within(limit, error.rel_rms(), "the caustic's", " by photons"))
 }
 
 /// The picture as the light that a tally should hold.
 fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
     let Some(picture) = &args.target else { return Ok(None) };
-    let picture = open_picture(picture, args.transfer.map(Transfer::from))?;
-    let target = TargetIrradiance::from_picture(&picture, args.offset).map_err(Failure::refused)?;
+    let target = open_target(picture, args.transfer.map(Transfer::from), args.offset)?;
     let (nx, ny) = tally.pixels();
     Ok(Some(judge::image_of(target.resampled(nx, ny).cells())))
 }

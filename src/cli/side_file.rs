@@ -150,7 +150,8 @@ pub(crate) struct Record<'a> {
     pub(crate) solver: SolverName,
     pub(crate) transfer: TransferName,
     pub(crate) solid: &'a Solid,
-    pub(crate) height_map: &'a HeightMap,
+    /// What the height maps among the outputs hold.
+    pub(crate) height_map: Option<&'a HeightMap>,
     /// What has been done to the block since it was designed.
     pub(crate) done: Option<&'a str>,
     /// Outputs that share this side file.
@@ -256,7 +257,7 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
             "\n[height-maps.{}] # the numbers that stand in its metadata too",
             quoted(&file_name(output))
         ))?;
-        for (name, value) in record.height_map.entries() {
+        for (name, value) in record.height_map.map(HeightMap::entries).unwrap_or_default() {
             let value = if value.parse::<f64>().is_ok() { value } else { quoted(&value) };
             line(format_args!("{name} = {value}"))?;
         }
@@ -283,7 +284,8 @@ fn frame(line: &mut impl FnMut(std::fmt::Arguments<'_>) -> Result<(), Failure>, 
     Ok(())
 }
 
-fn file_name(path: &Path) -> String {
+/// The last part of a path.
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

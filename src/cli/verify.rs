@@ -6,7 +6,7 @@ use super::{
     finish::Finished,
     judge::{self, Examiner, Judgement, Place, Subject},
     length::Length,
-    plan::open_picture,
+    plan::open_target,
     settings::TransferName,
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
@@ -267,7 +267,7 @@ fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrra
     };
     let transfer = args.transfer.or(design.and_then(|design| design.transfer)).map(Transfer::from);
     let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
-    let target = TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
+    let target = open_target(picture, transfer, offset)?;
     Ok((Some(target), Some(offset)))
 }
 

@@ -3,7 +3,7 @@
 use super::{
     error::Failure,
     judge::{self, Examiner, Place, Subject},
-    plan::open_picture,
+    plan::open_target,
     side_file::SideFile,
 };
 use glam::DVec2;
@@ -12,7 +12,7 @@ use glasswarp::{
     grid::{Extent, Field},
     report::Exposure,
     surface::HeightField,
-    target::{TargetIrradiance, Transfer},
+    target::Transfer,
 };
 use glasswarp_verify::{Block, Geometry, Image, Scene, Surface, Traversal, beams, metrics::Metrics};
 use rayon::prelude::*;
@@ -45,8 +45,7 @@ impl Workpiece {
         })?;
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
-        let target =
-            TargetIrradiance::from_picture(&open_picture(picture, transfer)?, offset).map_err(Failure::refused)?;
+        let target = open_target(picture, transfer, offset)?;
         let place = Place::from(&side.bench);
         let examiner = Examiner::new(place, Some(&target), pixels);
         let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));
@@ -62,9 +61,7 @@ impl Workpiece {
     /// The light of a face on another bench than its own.
     pub(crate) fn look_from(&self, block: &Block, scene: &Scene, beams_per_pixel: usize) -> Result<Image, Failure> {
         let tracer = glasswarp_verify::Tracer::for_block(block, scene).map_err(Failure::refused)?;
-        let (nx, ny) = self.examiner.pixels();
-        let (columns, rows) = block.nodes();
-        Ok(beams(&tracer, (beams_per_pixel * nx).max(columns - 1), (beams_per_pixel * ny).max(rows - 1)).image)
+        Ok(self.examiner.beams_through(block, &tracer, beams_per_pixel).image)
     }
 
     /// The bench, its light straight, its crossings found the quick way.
