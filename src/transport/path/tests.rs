@@ -108,7 +108,9 @@ fn a_flat_face_has_u_zero() {
         let ray = path.ray(y, 0.0, DVec2::ZERO).unwrap();
         assert!(path.height(y, &ray).0.abs() < 1e-12);
         let (before, after) = (path.direction(ray.arrived.tangential, ray.arrived.axial), path.direction(ray.s, ray.c));
-        assert!((before - after).truncate().length() < 1e-13);
+        let bent = (before - after).truncate().length();
+        // The length of a ray from a source is found to 1e-11 of the distance.
+        assert!(bent < 1e-11, "{bent:e} {bench:?}");
     }
 }
 
