@@ -153,7 +153,7 @@ impl Examiner {
 
     /// The bench with its pixels, and the surface of the subject.
     pub(crate) fn scene_for(&self, subject: &Subject) -> Scene {
-        Scene { surface: self.surface_of(subject), ..self.scene }
+        Scene { surface: self.surface_of(subject), ..self.scene.clone() }
     }
 
     /// The pixels of the window.
@@ -173,7 +173,7 @@ impl Examiner {
 
     /// The light that comes through the subject, without noise.
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
-        let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
+        let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene.clone() })?;
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
             (Subject::Block(block), _) => self.beams_through(block, &tracer, BEAMS_PER_PIXEL),

@@ -31,7 +31,7 @@ use crate::{
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
     trace::{End, Tracer},
 };
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 use scripted::Script;
 use shaded::ShadedMesh;
@@ -91,7 +91,7 @@ impl Renderer {
 }
 
 /// A block on a bench, ready to be shown to renderers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Study<'a> {
     mesh: &'a Mesh,
     block: &'a Block,
@@ -108,15 +108,16 @@ impl<'a> Study<'a> {
     /// # Errors
     /// Light that is not straight along `+z`, or a bench that cannot be.
     pub fn new(mesh: &'a Mesh, block: &'a Block, scene: &Scene) -> Result<Self, SceneError> {
-        if scene.light.normalize_or_zero() != DVec3::Z {
+        if !scene.is_straight() {
             return Err(SceneError::Needs("renderers are shown light straight along +z only"));
         }
-        scene.validate(block.height_range_mm().1)?;
-        Ok(Self { mesh, block, scene: Scene { geometry: Geometry::Displaced, ..*scene } })
+        let scene = Scene { geometry: Geometry::Displaced, ..scene.clone() };
+        Tracer::for_block(block, &scene)?;
+        Ok(Self { mesh, block, scene })
     }
 
     fn tracer(&self, surface: Surface, fresnel: Fresnel) -> Result<Tracer, SceneError> {
-        Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene })
+        Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene.clone() })
     }
 
     /// The verifier's landing points of rays through the centres of `nx * ny` equal cells of the block's outline, in the

@@ -74,7 +74,7 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
         }
         let (block, scene) = (study.block, &study.scene);
         let mut declare = |name: &str, value: f64| writeln!(out, "#declare {name} = {value};");
-        declare("Index", scene.ior)?;
+        declare("Index", scene.ior())?;
         declare("Distance", scene.distance_mm)?;
         declare("Entry_Z", block.entry_z)?;
         declare("Top_Z", block.height_range_mm().1)?;

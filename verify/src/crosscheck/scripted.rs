@@ -111,7 +111,7 @@ impl Script {
             let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
             let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
             writeln!(out, "PIXELS = ({}, {})", job.pixels.0, job.pixels.1)?;
-            writeln!(out, "INDEX = {}", scene.ior)?;
+            writeln!(out, "INDEX = {}", scene.ior())?;
             writeln!(out, "DISTANCE = {}", scene.distance_mm)?;
             writeln!(out, "ENTRY_Z = {}", block.entry_z)?;
             writeln!(out, "TOP_Z = {}", block.height_range_mm().1)?;
