@@ -1,8 +1,14 @@
 //! From a picture to the irradiance that the receiver shall get.
 
+mod deconvolve;
+mod imperfect;
 mod picture;
+mod psf;
 
+pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, Ending};
+pub use imperfect::{ImperfectLight, SourceSize};
 pub use picture::{Picture, PictureError, Transfer};
+pub use psf::{Psf, PsfError, PsfPicture};
 
 use crate::grid::{Field, area_resample};
 
