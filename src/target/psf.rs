@@ -161,7 +161,7 @@ const GAUSSIAN_REACH: f64 = 4.5;
 /// Points of a shape for each step of the lattice that it is drawn on.
 const POINTS_PER_STEP: f64 = 4.0;
 /// Points across a shape, at least and at most.
-const POINTS: (f64, f64) = (64.0, 1024.0);
+const POINTS: (f64, f64) = (256.0, 1024.0);
 /// Steps of the lattice on which several shapes are convolved, in a pixel; odd, so that both have their middle in common.
 const FINE_STEPS: usize = 5;
 /// Most steps from the middle of that lattice; coarser steps are taken beyond.
@@ -230,7 +230,7 @@ impl Psf {
 }
 
 impl Shape {
-    /// Half the side of the square that holds it, in its own units.
+    /// Its radius, or half its side, in its own units.
     fn reach(self) -> f64 {
         match self {
             Self::Disc => 1.0,
@@ -242,7 +242,7 @@ impl Shape {
     /// Its light, in any unit.
     fn light(self, at: DVec2) -> f64 {
         match self {
-            Self::Disc if at.length_squared() > 1.0 => 0.0,
+            Self::Disc | Self::Gaussian if at.length() > self.reach() => 0.0,
             Self::Disc | Self::Square => 1.0,
             Self::Gaussian => (-0.5 * at.length_squared()).exp(),
         }
@@ -290,6 +290,9 @@ fn draw_shape(lattice: &mut Field<f64>, shape: Shape, to_lattice: DMat2, reach: 
         for p in 0..points as usize {
             let place = shape.reach() * (2.0 * (DVec2::new(p as f64, q as f64) + 0.5) / points - 1.0);
             let light = shape.light(place);
+            if light == 0.0 {
+                continue;
+            }
             let at = to_lattice * place + middle;
             let (i, j) = (at.x as usize, at.y as usize);
             let (s, t) = (at.x - i as f64, at.y - j as f64);

@@ -44,7 +44,7 @@ fn what_was_blurred_is_found_again() {
     let sharp = picture();
     let wanted = TargetIrradiance::new(psf.blurred(sharp.cells())).unwrap();
     let done = Deconvolution { rounds: 300, ..Deconvolution::default() }.of(&wanted, &psf).unwrap();
-    assert!(done.error_before > 0.1 && done.error_after < 0.004, "{} to {}", done.error_before, done.error_after);
+    assert!(done.error_before > 0.05 && done.error_after < 0.002, "{} to {}", done.error_before, done.error_after);
     let (from, to) = (difference(wanted.cells(), sharp.cells()), difference(done.target.cells(), sharp.cells()));
     assert!(to < 0.45 * from, "the light itself: {from} to {to}");
 }
@@ -54,7 +54,7 @@ fn the_picture_gains_and_more_with_a_dark_border_than_with_a_continued_one() {
     let (wanted, psf) = (picture(), spread(0.6, 0.0));
     let with = |border| Deconvolution { border, ..Deconvolution::default() }.of(&wanted, &psf).unwrap();
     let (dark, continued) = (with(Border::Dark), with(Border::Continued));
-    assert!(dark.error_after < 0.5 * dark.error_before, "{} to {}", dark.error_before, dark.error_after);
+    assert!(dark.error_after < 0.75 * dark.error_before, "{} to {}", dark.error_before, dark.error_after);
     assert!(continued.error_after < 0.85 * continued.error_before);
     assert!(dark.error_after < continued.error_after);
     assert!(dark.lost > 0.0 && dark.lost < 0.1, "{}", dark.lost);
@@ -90,7 +90,7 @@ fn a_lopsided_speck_is_undone_too() {
     let light = ImperfectLight { psf: Some(PsfPicture::new(&speck, 0.4).unwrap()), ..ImperfectLight::default() };
     let psf = light.psf(&bench, PIXELS).unwrap();
     let done = Deconvolution::default().of(&picture(), &psf).unwrap();
-    assert!(done.error_after < 0.5 * done.error_before, "{} to {}", done.error_before, done.error_after);
+    assert!(done.error_after < 0.65 * done.error_before, "{} to {}", done.error_before, done.error_after);
 }
 
 #[test]
