@@ -21,8 +21,10 @@
 //! gives it the area of the block. Over the block it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x)
 //! m`.
 
+mod photometry;
 mod profile;
 
+pub use photometry::{Photometry, PhotometryError};
 pub use profile::{Arriving, Profile, ProfileError};
 
 use crate::{
