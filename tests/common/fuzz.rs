@@ -67,12 +67,13 @@ impl Target<'_> {
             let place = info.location().map(ToString::to_string).unwrap_or_default();
             *PLACE.lock().unwrap_or_else(PoisonError::into_inner) = place;
         }));
-        let (mut taken, mut slowest, mut findings) = (0, (Duration::ZERO, 0), Vec::new());
+        let (mut taken, mut greatest, mut slowest, mut findings) = (0, 0, (Duration::ZERO, 0), Vec::new());
         for case in 0..cases {
             let file = self.damaged(case);
             let start = Instant::now();
             let (outcome, peak) = self.try_one(&file, &read);
             slowest = slowest.max((start.elapsed(), case));
+            greatest = greatest.max(peak);
             let finding = match outcome {
                 Ok(_) if peak > (self.memory)(file.len()) => {
                     Some(format!("{peak} bytes of memory for {} bytes of file", file.len()))
@@ -96,11 +97,12 @@ impl Target<'_> {
         }
         panic::set_hook(hook);
         eprintln!(
-            "{}: {} files in the corpus, {cases} damaged ones, {taken} of them still taken; slowest case {} in {:.3} s",
+            "{}: {} files in the corpus, {cases} damaged ones, {taken} of them still taken; at most {:.1} MB, {:.3} s (case {})",
             self.name,
             self.corpus.len(),
-            slowest.1,
-            slowest.0.as_secs_f64()
+            greatest as f64 / 1e6,
+            slowest.0.as_secs_f64(),
+            slowest.1
         );
         assert!(findings.is_empty(), "{}:\n{}", self.name, findings.join("\n"));
     }
