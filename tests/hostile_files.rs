@@ -32,7 +32,7 @@ use std::{
 
 /// A block of so few nodes that a file of it is quickly read.
 fn solid() -> Solid {
-    let heights = (0..99).map(|k| 0.1 * f64::from(k % 11) - 0.02 * f64::from(k / 11).powi(2)).collect();
+    let heights = (0..99).map(|k| 0.1 * f64::from(k % 11) + 0.05 * f64::from(7 * k % 31).sin()).collect();
     let surface = HeightField::new(Extent::new(20.0, 16.0), Field::from_vec(11, 9, heights));
     Solid::new(&surface, Stock::thinnest_sheet()).unwrap()
 }
@@ -321,8 +321,8 @@ fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
     mend_glb(&mut many);
     assert!(refused(Format::Glb, &many).contains("more points than it has bytes"));
 
-    // A spline of four spans, one of them a ten-millionth of the others: sampled at equal steps it takes gigabytes.
-    let step = String::from_utf8(exported("step")).unwrap();
+    // A spline with one span a ten-millionth of the others: sampled at equal steps it takes gigabytes.
+    let step = String::from_utf8(exported("step")).unwrap().replace('\n', "");
     let knots = step.rfind("(4,").map(|at| at + step[at..].find("),(").unwrap() + 3).unwrap();
     let end = knots + step[knots..].find(')').unwrap();
     let mut places: Vec<f64> = step[knots..end].split(',').map(|knot| knot.trim().parse().unwrap()).collect();
