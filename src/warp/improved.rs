@@ -102,7 +102,7 @@ impl Solver for Warping {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
         super::check_nodes(NAME, nodes)?;
-        super::check_parallel(NAME, bench)?;
+        super::check_bench(NAME, bench)?;
         if bench.light_direction().truncate().length() > 1e-9 {
             let what = "light at an angle to the axis (the solver \"warping-paper\" does, on a plane)".to_owned();
             return Err(SolveError::Unsupported { solver: NAME, what });

@@ -59,7 +59,7 @@ impl Solver for WarpingPaper {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
         super::check_nodes(NAME_PAPER, nodes)?;
-        super::check_parallel(NAME_PAPER, bench)?;
+        super::check_bench(NAME_PAPER, bench)?;
         let quads = (nodes.0 - 1, nodes.1 - 1);
         let target = target.resampled(quads.0, quads.1);
         super::check_light(target.cells(), LEAST_TARGET)?;
