@@ -88,7 +88,15 @@ impl PhotonTally {
     /// See [`TallyError`].
     pub fn read(path: &Path) -> Result<(Self, String), TallyError> {
         let bytes = fs::read(path).map_err(|source| TallyError::Read { path: path.into(), source })?;
-        parse(bytes).map_err(|reason| TallyError::Malformed { path: path.into(), reason })
+        Self::parse(&bytes).map_err(|reason| TallyError::Malformed { path: path.into(), reason })
+    }
+
+    /// The same from memory.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn parse(bytes: &[u8]) -> Result<(Self, String), String> {
+        parse(bytes)
     }
 
     fn describe(&self, bench: &str) -> String {
@@ -111,7 +119,7 @@ const SUM_WORDS: usize = 2;
 /// 32-bit words of a square.
 const SQUARE_WORDS: usize = 4;
 
-fn parse(bytes: Vec<u8>) -> Result<(PhotonTally, String), String> {
+fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
     let layer = read_exr_layer(bytes).map_err(|error| error.to_string())?;
     let comment = layer.attributes.comments.as_ref().map(ToString::to_string).unwrap_or_default();
     let mut lines = comment.lines();
