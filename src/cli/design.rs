@@ -80,14 +80,18 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
     let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block)?) };
-    let pictures = match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
-        None => draw_weakness(&plan, &outputs[0], &block)?,
+    let draw = || match &opinion {
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block),
+        None => draw_weakness(&plan, &outputs[0], &block),
     };
-    if let Some(path) = &report {
+    let write_page = || {
         let opinion = opinion.as_ref();
-        DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved }.write(path)?;
-    }
+        let page = DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved };
+        report.as_ref().map_or(Ok(()), |path| page.write(path))
+    };
+    let (pictures, written) = rayon::join(draw, write_page);
+    let pictures = pictures?;
+    written?;
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
         println!("  pictures       {}", list(&pictures));

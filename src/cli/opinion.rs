@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
+const PHOTONS: u64 = 1 << 18;
 /// Pixels across at which a design is judged, at most.
 const PIXELS: usize = 1024;
 
@@ -48,10 +48,12 @@ impl Opinion {
             let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
             Ok((judged, judgement))
         };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
+        // Reading takes its time, on one core.
+        let exact = || budget::Exact::of(block, &plan.bench, &examiner);
+        let (first, (exact, others)) =
+            rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
+        let ((first, judgement), exact, others) = (first?, exact?, others?);
+        let steps = budget::of_design((block, &plan.bench), exact, &first, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
