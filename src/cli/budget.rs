@@ -111,11 +111,11 @@ impl Exact {
 }
 
 /// Every step of a design: what is known without a file, the first file as read back in every view, and the other files. `judged`
-/// names the first file, read back as `mesh`, with the judgement made of it.
+/// is the first file with its [views](Judged::views), and `judgement` was made of it.
 pub(crate) fn of_design(
     design: (&pipeline::Block, &Bench),
     exact: Exact,
-    judged: &Judged,
+    (judged, seen): (&Judged, Vec<Image>),
     others: &[(PathBuf, Mesh)],
     examiner: &Examiner,
     judgement: &Judgement,
@@ -127,8 +127,8 @@ pub(crate) fn of_design(
     ledger.book("height field, on the displaced surface", exact.displaced)?;
     let name = file_name(&judged.path);
     ledger.book(format!("{name} read back, its smooth surface"), judgement.caustic.clone())?;
-    for (view, surface, geometry) in &VIEWS[1..] {
-        ledger.look(view, &judged.subject, *surface, *geometry)?;
+    for ((view, ..), image) in VIEWS[1..].iter().zip(seen) {
+        ledger.book(*view, image)?;
     }
     for (path, other) in others {
         let other_name = file_name(path);
@@ -186,6 +186,14 @@ impl Judged {
     pub(crate) fn read(path: &Path, origin: DVec3) -> Result<Self, Failure> {
         let mesh = judge::read(path)?.moved(origin);
         Ok(Self { path: path.into(), subject: Subject::of(mesh.clone(), path)?, mesh })
+    }
+
+    /// Its light in every view that needs the file, but for its smooth surface, which is what is judged.
+    pub(crate) fn views(&self, examiner: &Examiner) -> Result<Vec<Image>, Failure> {
+        let look = |&(_, surface, geometry): &(_, Surface, Geometry)| {
+            examiner.look(&self.subject, surface, geometry).map(|seen| seen.image)
+        };
+        VIEWS[1..].par_iter().map(look).collect()
     }
 }
 

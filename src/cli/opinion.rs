@@ -45,15 +45,19 @@ impl Opinion {
         let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
+            let (judgement, views) = rayon::join(
+                || judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
+                || judged.views(&examiner),
+            );
+            Ok((judgement?, views?, judged))
         };
         // Reading takes its time, on one core.
         let exact = || budget::Exact::of(block, &plan.bench, &examiner);
         let (first, (exact, others)) =
             rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
-        let ((first, judgement), exact, others) = (first?, exact?, others?);
-        let steps = budget::of_design((block, &plan.bench), exact, &first, &others, &examiner, &judgement)?;
+        let ((judgement, views, first), exact, others) = (first?, exact?, others?);
+        let seen = (&first, views);
+        let steps = budget::of_design((block, &plan.bench), exact, seen, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
