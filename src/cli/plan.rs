@@ -196,6 +196,6 @@ fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Fail
         PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
             Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }
         }
-        PictureError::Value { .. } | PictureError::Size { .. } => Failure::refused(error),
+        refused => Failure::refused(refused),
     })
 }

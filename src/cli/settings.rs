@@ -274,6 +274,16 @@ struct DesignFile {
 }
 
 impl Settings {
+    /// What flags and a design file together ask for, and the picture; `named` is either.
+    pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
+        if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            return Ok((flags.clone(), named.to_path_buf()));
+        }
+        let settings = flags.clone().or(Self::read(named)?);
+        let picture = settings.named_picture(named)?;
+        Ok((settings, picture))
+    }
+
     /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
