@@ -14,6 +14,7 @@ use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp::{
     bench::Bench,
+    grid::Extent,
     target::{
         Border, CausticMesh, Deconvolution, Deconvolved, Ending, ImperfectLight, Picture, Psf, PsfPicture, SourceSize,
         TargetIrradiance, Transfer, to_picture_order,
@@ -21,12 +22,7 @@ use glasswarp::{
 };
 use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
 use serde::{Deserialize, Deserializer, de};
-use std::{
-    fmt,
-    path::{Path, PathBuf},
-    str::FromStr,
-    sync::Arc,
-};
+use std::{fmt, path::PathBuf, str::FromStr, sync::Arc};
 
 /// The size of the source: `sun`, `0.53deg`, `5mm` or `5x3mm`.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
@@ -59,7 +55,9 @@ impl FromStr for SourceName {
             return Err(format!("'{text}' lacks its unit; write sun, 0.53deg, 5mm or 5x3mm"));
         }
         text.parse().map(Self::Disc).or_else(|_| text.parse().map(Self::Angle)).map_err(|_: String| {
-            format!("'{text}' is no size of a source; write sun, 0.53deg (parallel light), 5mm or 5x3mm (a point source)")
+            format!(
+                "'{text}' is no size of a source; write sun, 0.53deg (parallel light), 5mm or 5x3mm (a point source)"
+            )
         })
     }
 }
@@ -258,7 +256,10 @@ impl Intent {
     pub(crate) fn print(&self) {
         if let Some(psf) = &self.psf {
             let by = psf.deviation_mm();
-            println!("  spread         {:.3} mm along x, {:.3} mm along y (standard deviation on the receiver)", by.x, by.y);
+            println!(
+                "  spread         {:.3} mm along x, {:.3} mm along y (standard deviation on the receiver)",
+                by.x, by.y
+            );
         }
         if let Some(done) = &self.deconvolved {
             let ending = match done.ending {
@@ -280,7 +281,11 @@ impl Intent {
         }
         if let Some(mesh) = &self.mesh {
             let ((nx, ny), (front, back)) = (mesh.size(), mesh.sides());
-            println!("  caustic mesh   {} x {} quads, {front} with their front to the block, {back} turned over", nx - 1, ny - 1);
+            println!(
+                "  caustic mesh   {} x {} quads, {front} with their front to the block, {back} turned over",
+                nx - 1,
+                ny - 1
+            );
         }
     }
 }
@@ -318,11 +323,7 @@ impl Seen {
         let perfect = Examiner::new(scene.clone(), Some(&intent.wanted), PIXELS);
         let Some(wanted) = perfect.wanted().cloned() else { return Ok(None) };
         let (image, error, noise, count) = if settings.source_size.is_some() || settings.roughness.is_some() {
-            let scene = Scene {
-                spread: settings.source_size.map_or(Spread::None, Spread::from),
-                roughness: settings.roughness.map_or(0.0, Roughness::slope),
-                ..perfect.scene_for(subject)
-            };
+            let scene = spread(perfect.scene_for(subject), settings);
             let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
             let error = tally.error_against(&wanted).map_err(Failure::refused)?;
             (tally.image(), Some(error), tally.noise(), tally.photons())
@@ -372,19 +373,21 @@ impl Seen {
     }
 }
 
+/// A bench with the light and the face that there are, as photons see them.
+pub(crate) fn spread(scene: Scene, settings: &Settings) -> Scene {
+    Scene {
+        spread: settings.source_size.map_or(Spread::None, Spread::from),
+        roughness: settings.roughness.map_or(0.0, Roughness::slope),
+        ..scene
+    }
+}
+
 /// An image spread by a measured speck.
 fn spread_by(image: &Image, speck: &SpeckFile, scene: &Scene) -> Result<Image, Failure> {
     let field = judge::field_of(image);
-    let light = ImperfectLight { psf: Some(speck.open()?), ..ImperfectLight::default() };
-    let psf = light.on_window(scene.window.size_mm, (field.nx(), field.ny())).map_err(Failure::refused)?;
+    let window = Extent::new(scene.window.size_mm.x, scene.window.size_mm.y);
+    let psf = Psf::of_picture(speck.open()?, window, (field.nx(), field.ny())).map_err(Failure::refused)?;
     Ok(judge::image_of(&psf.blurred(&to_picture_order(&field))))
-}
-
-/// What a settings file calls a speck, relative to it.
-pub(crate) fn resolve(speck: &mut Option<SpeckFile>, mesh: &mut Option<PathBuf>, folder: &Path) {
-    for path in [speck.as_mut().map(|speck| &mut speck.path), mesh.as_mut()].into_iter().flatten() {
-        *path = folder.join(&path);
-    }
 }
 
 #[cfg(test)]
