@@ -26,6 +26,8 @@ const ROWS: usize = 32;
 /// over the area between its four landing points (section 2.1 of the paper, with the power shared by area). Its power is the mean
 /// of that at its corners.
 ///
+/// Beams see ideal light and a smooth face: spread and roughness are for photons.
+///
 /// A beam whose corners went different ways is booked corner by corner. On a smooth surface the error falls with the square
 /// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4
 /// beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The result

@@ -16,7 +16,7 @@ use crate::{
     spline::Bicubic,
 };
 use glam::{DMat3, DVec2, DVec3};
-use lit::Supply;
+use lit::{Imperfect, Supply};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -42,6 +42,7 @@ pub(super) struct BlockTracer {
     /// Whether every part of the exit face's plan gets the same light, which has come straight up to it.
     even: bool,
     supply: Supply,
+    imperfect: Option<Imperfect>,
     cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
@@ -137,6 +138,7 @@ impl BlockTracer {
             illumination,
             even,
             supply: Supply { mean: 1.0, vignetted: 0.0 },
+            imperfect: Imperfect::of(scene),
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
             highest_mm: block.height_range_mm().1,

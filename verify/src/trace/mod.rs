@@ -11,6 +11,7 @@ use crate::{
     block::Block,
     mesh::Mesh,
     scene::{Optics, Scene, SceneError},
+    spread::{Dice, Spread},
 };
 use glam::DVec2;
 
@@ -80,13 +81,18 @@ impl Tracer {
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
     ///
     /// # Errors
-    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning), normals that the file has not, or
+    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning, spread light, roughness), normals that the file has not, or
     /// no light.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         let (lower, upper) = mesh.bounds();
         scene.validate(lower, upper)?;
         if scene.turned != glam::DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
+        }
+        if scene.spread != Spread::None || scene.roughness != 0.0 {
+            return Err(SceneError::Needs(
+                "only the light of a block can be spread, and only its exit face can be rough",
+            ));
         }
         if scene.optics == Optics::Reflects {
             return Err(SceneError::Needs(
@@ -140,12 +146,13 @@ impl Tracer {
     }
 
     /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends, the parts of the ray's power that
-    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power.
+    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power. Light
+    /// that is spread comes from where the dice say.
     #[inline]
-    pub(crate) fn all_paths(&self, at_mm: DVec2, mut sink: impl FnMut(End, f64, f64)) -> f64 {
+    pub(crate) fn all_paths(&self, at_mm: DVec2, dice: &Dice, mut sink: impl FnMut(End, f64, f64)) -> f64 {
         match &self.kind {
             Kind::Block(block) => {
-                let path = block.followed_at(at_mm);
+                let path = block.followed_at(at_mm, dice);
                 sink(path.end, path.transmittance, path.power);
                 path.power
             }
