@@ -77,6 +77,11 @@ impl Opinion {
             let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
             (judge::field_of(&finished.view.image), note)
         });
+        let seen = self.seen.as_ref().map(|seen| {
+            let note = format!("in the light that there is (relative RMS {:.4})", seen.rel_rms());
+            let exposure = Exposure::of(&plan.intent.wanted, plan.transfer.into());
+            ([&seen.wanted, &seen.image].map(judge::field_of), exposure, note)
+        });
         type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
         let mut pictures: Vec<(&str, Draw)> = vec![
             ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
@@ -89,11 +94,6 @@ impl Opinion {
         if let Some((image, note)) = &finished {
             pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
         }
-        let seen = self.seen.as_ref().map(|seen| {
-            let note = format!("in the light that there is (relative RMS {:.4})", seen.rel_rms());
-            let exposure = Exposure::of(&plan.intent.wanted, plan.transfer.into());
-            ([&seen.wanted, &seen.image].map(judge::field_of), exposure, note)
-        });
         if let Some(([wanted, image], exposure, note)) = &seen {
             pictures.push(("seen", Box::new(|| report::panel(wanted, image, *exposure, note))));
         }
