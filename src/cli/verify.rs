@@ -265,7 +265,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         seen.print(&side.design);
     }
     // White is the brightest target, as on the wall.
-    let brightest = examiner.wanted().unwrap_or(&judgement.caustic);
+    let brightest = seen.as_ref().map(|seen| &seen.wanted).or(examiner.wanted()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
         let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
