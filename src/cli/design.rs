@@ -103,13 +103,15 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         opinion.judgement.print();
         budget::print(&opinion.steps, plan.bench.distance_mm());
         opinion.finished.iter().for_each(Finished::print);
+        opinion.seen.iter().for_each(|seen| seen.print(&plan.settings));
     }
     for warning in &block.summary.warnings {
         eprintln!("warning: {warning}");
     }
-    opinion.map_or(Ok(()), |opinion| match &opinion.finished {
-        Some(finished) => finished.demand(args.max_error),
-        None => opinion.judgement.demand(args.max_error),
+    opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
+        (Some(seen), _) => seen.demand(args.max_error),
+        (None, Some(finished)) => finished.demand(args.max_error),
+        (None, None) => opinion.judgement.demand(args.max_error),
     })
 }
 
@@ -268,6 +270,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     }
     println!("  light          {}", light_in_words(bench));
     println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    plan.intent.print();
     let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())

@@ -10,6 +10,7 @@ mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod imperfect;
 mod judge;
 mod lamp;
 mod length;

@@ -5,6 +5,7 @@ use super::{
     budget::{self, Judged, Step},
     error::Failure,
     finish::Finished,
+    imperfect::Seen,
     judge::{self, Examiner, Judgement},
     plan::Plan,
     side_file::{self, SideFile},
@@ -22,6 +23,8 @@ use std::path::{Path, PathBuf};
 
 /// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
 const PHOTONS: u64 = 1 << 18;
+/// Photons in spread light, of which beams know nothing.
+const SPREAD_PHOTONS: u64 = 8_000_000;
 /// Pixels across at which a design is judged, at most.
 const PIXELS: usize = 1024;
 
@@ -32,6 +35,8 @@ pub(crate) struct Opinion {
     pub(crate) wanted: Image,
     /// The light after the finish that it was designed for.
     pub(crate) finished: Option<Finished>,
+    /// The light that there is, if it is not perfect.
+    pub(crate) seen: Option<Seen>,
 }
 
 impl Opinion {
@@ -61,7 +66,10 @@ impl Opinion {
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        Ok(Self { judgement, steps, wanted, finished })
+        let scene = scene_of(&side.bench, &side.design)?;
+        let plan_of_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
+        let seen = Seen::of(&first.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
+        Ok(Self { judgement, steps, wanted, finished, seen })
     }
 
     /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
@@ -75,6 +83,11 @@ impl Opinion {
             let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
             (judge::field_of(&finished.view.image), note)
         });
+        let seen = self.seen.as_ref().map(|seen| {
+            let note = format!("in the light that there is (relative RMS {:.4})", seen.rel_rms());
+            let exposure = Exposure::of(&plan.intent.wanted, plan.transfer.into());
+            ([&seen.wanted, &seen.image].map(judge::field_of), exposure, note)
+        });
         type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
         let mut pictures: Vec<(&str, Draw)> = vec![
             ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
@@ -86,6 +99,9 @@ impl Opinion {
         ];
         if let Some((image, note)) = &finished {
             pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
+        }
+        if let Some(([wanted, image], exposure, note)) = &seen {
+            pictures.push(("seen", Box::new(|| report::panel(wanted, image, *exposure, note))));
         }
         pictures
             .par_iter()
