@@ -73,7 +73,7 @@ const CONTENT: DVec2 = DVec2::new(410.0, 250.0);
 const LEFT: f64 = 14.0;
 const RIGHT: f64 = 84.0;
 const WIDTH: f64 = LEFT + CONTENT.x + RIGHT;
-const TOP: f64 = 34.0;
+const TOP: f64 = 46.0;
 /// Between dimension lines.
 const RISE: f64 = 26.0;
 
@@ -109,7 +109,7 @@ impl Section {
         let mut section = Self {
             name: across.name(),
             width: Px(WIDTH),
-            height: Px(bottom + 20.0 + 3.0 * RISE),
+            height: Px(0.0),
             bar: scale_bar(scale),
             block: polyline(&profile) + "Z",
             rays: middle.iter().map(|ray| polyline(ray)).collect(),
@@ -121,6 +121,7 @@ impl Section {
             what: String::new(),
         };
         section.dimension(model, across, &profile, receiver, &place, bottom);
+        section.height = Px(section.dimensions.iter().map(|d| d.from.y).fold(bottom, f64::max) + 16.0);
         section.what = format!(
             "Section of the bench in the plane of z and {}: {}",
             section.name,
