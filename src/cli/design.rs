@@ -1,6 +1,7 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
+    bench::{exit_face_in_words, light_in_words, receiver_in_words},
     budget,
     error::Failure,
     finish::Finished,
@@ -169,17 +170,7 @@ fn write_files(
     for output in outputs {
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
-    let bench = BenchRecord {
-        width_mm: plan.bench.block().width_mm,
-        height_mm: plan.bench.block().height_mm,
-        entry_z_mm: block.solid.entry_z_mm(),
-        relief_mm: block.surface.relief_mm(),
-        thinnest_mm: block.solid.thinnest_mm(),
-        distance_mm: plan.bench.distance_mm(),
-        window_width_mm: plan.bench.window().width_mm,
-        window_height_mm: plan.bench.window().height_mm,
-        ior: plan.bench.exit_face().ior(),
-    };
+    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
     for (path, outputs) in &sets {
         side_file::write(
             path,
@@ -201,7 +192,7 @@ fn write_files(
 
 /// Writes a STEP file; returns how near its face is.
 fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
-    let fit = export::choose_net(&block.surface, plan.step, design).map_err(Failure::refused)?;
+    let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;
     let (points, nodes) = (fit.net.points(), plan.nodes);
@@ -236,11 +227,11 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     let (solid, bench) = (&block.solid, &plan.bench);
     println!("{}", list(outputs));
     println!(
-        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
-        bench.block().width_mm,
-        bench.block().height_mm,
+        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
+        solid.surface().extent().width_mm,
+        solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
-        bench.exit_face().ior()
+        exit_face_in_words(bench.exit_face())
     );
     println!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
@@ -259,17 +250,20 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
             stock.height_mm
         );
     }
+    let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
+    if skirt > 0.0 {
+        println!(
+            "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
+             cover it for a picture without a glow around it",
+            bench.block().width_mm,
+            bench.block().height_mm
+        );
+    }
     if solid.shape().origin != Origin::Exit {
         println!("  origin         {}", solid.shape().origin.place());
     }
-    println!("  light          parallel, straight onto the planar entry face");
-    println!(
-        "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
-        bench.distance_mm(),
-        bench.distance_mm() - block.surface.heights_mm().min_max().1,
-        bench.window().width_mm,
-        bench.window().height_mm
-    );
+    println!("  light          {}", light_in_words(bench));
+    println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
     let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())

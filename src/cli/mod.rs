@@ -1,5 +1,7 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
+mod angle;
+mod bench;
 mod budget;
 mod check;
 mod crosscheck;
@@ -9,6 +11,7 @@ mod diagnosis;
 mod error;
 mod finish;
 mod judge;
+mod lamp;
 mod length;
 mod mill;
 mod opinion;

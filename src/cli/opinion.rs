@@ -1,10 +1,11 @@
 //! What the verifier says of the files of a design, and the pictures of it.
 
 use super::{
+    bench::scene_of,
     budget::{self, Judged, Step},
     error::Failure,
     finish::Finished,
-    judge::{self, Examiner, Judgement, Place},
+    judge::{self, Examiner, Judgement},
     plan::Plan,
     side_file::{self, SideFile},
 };
@@ -41,7 +42,7 @@ impl Opinion {
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
         let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
+        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
             let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
@@ -74,7 +75,7 @@ impl Opinion {
             ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
             ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
             ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| report::isocontours(&block.surface, 1000))),
+            ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
             ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
         ];
         if let Some((image, note)) = &finished {

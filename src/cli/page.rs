@@ -1,6 +1,7 @@
 //! What the report of a block says: the facts and words that every such page shares, and the page of a design.
 
 use super::{
+    bench::{light_in_words, receiver_in_words},
     budget::Step,
     error::Failure,
     judge::{self, Judgement},
@@ -14,7 +15,6 @@ use glasswarp::{
     export::{self, Format, HeightMapFormat},
     fabricate::Shape,
     grid::Field,
-    light::Light,
     materials,
     pipeline::Block,
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Model, Page, View},
@@ -160,37 +160,11 @@ pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
 
 /// Light and receiver.
 pub(crate) fn bench_facts(bench: &Bench, highest_mm: f64) -> Facts {
-    let light = match bench.light() {
-        Light::Parallel { direction } if direction.truncate().length() < 1e-12 => {
-            "parallel, straight onto the planar entry face".to_owned()
-        }
-        Light::Parallel { direction } => {
-            format!(
-                "parallel, arriving at the exit face along ({:.5}, {:.5}, {:.5})",
-                direction.x, direction.y, direction.z
-            )
-        }
-        Light::Point { position_mm: p, .. } => {
-            format!("a point source at x = {} mm, y = {} mm, z = {} mm", mm(p.x), mm(p.y), mm(p.z))
-        }
-    };
-    let (window, centre) = (bench.window(), bench.window_centre_mm());
-    let mut rows = vec![
-        row("Light", light),
-        row(
-            "Receiver",
-            format!(
-                "{} mm from the mean plane of the exit face, {} mm from its highest point",
-                mm(bench.distance_mm()),
-                mm(bench.distance_mm() - highest_mm)
-            ),
-        ),
-        row("Picture on the receiver", format!("{} × {} mm", mm(window.width_mm), mm(window.height_mm))),
+    let rows = vec![
+        row("Light", light_in_words(bench)),
+        row("Receiver", receiver_in_words(bench, highest_mm)),
         row("Seen", "on the receiver from the block’s side: left is +x, top is +y"),
     ];
-    if centre.length() > 0.0 {
-        rows.push(row("Middle of the picture", format!("x = {} mm, y = {} mm", mm(centre.x), mm(centre.y))));
-    }
     Facts { title: "Bench".into(), rows }
 }
 

@@ -1,15 +1,16 @@
 //! `glasswarp preview`: what a picture would become, before a design is waited for.
 
 use super::{
+    bench::scene_of,
     error::Failure,
-    judge::{self, Examiner, Place},
+    judge::{self, Examiner},
     page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
     plan::Plan,
     progress::TerminalProgress,
     settings::{QualityName, Settings, SolverName},
+    side_file::BenchRecord,
     workpiece::{View as Seen, look},
 };
-use glam::DVec2;
 use glasswarp::{
     export,
     fabricate::Shape,
@@ -57,13 +58,9 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let bench = &plan.bench;
-    let place = Place {
-        ior: bench.exit_face().ior(),
-        distance_mm: bench.distance_mm(),
-        window_mm: DVec2::new(bench.window().width_mm, bench.window().height_mm),
-    };
-    let examiner = Examiner::new(place, Some(&plan.target), PIXELS);
-    let seen = look(&examiner, &block.surface, block.solid.entry_z_mm())?;
+    let record = BenchRecord::of(bench).with(&block.solid);
+    let examiner = Examiner::new(scene_of(&record, &plan.settings)?, Some(&plan.target), PIXELS);
+    let seen = look(&examiner, block.solid.surface(), block.solid.entry_z_mm())?;
     let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
     for output in &outputs {
         made.write(output)?;

@@ -36,6 +36,16 @@ pub enum SolidError {
         /// Least distance, mm.
         least_mm: f64,
     },
+    /// A skirt that is none, or larger than the face.
+    #[error(
+        "the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm (--skirt)"
+    )]
+    Skirt {
+        /// Its width, mm.
+        width_mm: f64,
+        /// Greatest accepted width, mm.
+        greatest_mm: f64,
+    },
     /// A thickness out of range.
     #[error("{what} is {value_mm} mm; it must lie between {least_mm} mm and {greatest_mm} mm")]
     Thickness {

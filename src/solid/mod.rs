@@ -132,9 +132,10 @@ impl Solid {
     /// A stock too thin for the relief, heights that are not finite, more or denser nodes than `f32` mesh files can
     /// tell apart, or a rim that does not fit the face.
     pub fn shaped(surface: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
+        shape.check(surface.extent())?;
+        let surface = surface.with_skirt(shape.skirt_mm);
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
-        shape.check(extent)?;
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
             return Err(SolidError::TooManyNodes { nx, ny });
         }
@@ -169,7 +170,7 @@ impl Solid {
             origin,
             exit: Nodes::new(0, extent, (nx, ny), origin),
             entry_nodes: (2, 2),
-            normals: exit_normals(surface),
+            normals: exit_normals(&surface),
             rest: Vec::new(),
             planes: Vec::new(),
             faces: Vec::new(),

@@ -14,6 +14,7 @@ mod rounds;
 mod soften;
 mod spline;
 mod start;
+mod uneven;
 
 pub use options::{BlackFloor, Options, OptionsError, Quality};
 

@@ -12,7 +12,7 @@ use crate::{
     solver::SolveError,
     surface::HeightField,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Refuses a bench on which even the plain map of window to block cannot be drawn.
 ///
@@ -28,7 +28,7 @@ pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
                 bench.block().node(i, j, POINTS, POINTS),
                 bench.window().node(i, j, POINTS, POINTS) + bench.window_centre_mm(),
             );
-            let direction = (y - x).extend(bench.distance_mm()).normalize();
+            let direction = bench.receiver().point(y) - x.extend(0.0);
             if path.plain_ray(x, y).is_none() {
                 let deflection = direction.angle_between(light.at(x.extend(0.0)).direction);
                 if worst.is_none_or(|(_, other)| deflection > other) {
@@ -77,8 +77,8 @@ pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let centre = bench.window_centre_mm();
     let slope = |offset: DVec2| {
         let y = centre + offset;
-        let direction: DVec3 = (y - offset * lens / window).extend(bench.distance_mm()).normalize();
-        path.slope_for(y, direction.truncate())
+        let to = bench.receiver().point(y);
+        path.slope_for(y, (to - (offset * lens / window).extend(0.0)).normalize())
     };
     // u is the sum of one function of x and one of y, integrated with Simpson's rule.
     let integrate = |n: usize, step: DVec2, axis: usize| {
