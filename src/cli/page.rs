@@ -162,7 +162,7 @@ pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
 pub(crate) fn bench_facts(bench: &Bench, highest_mm: f64) -> Facts {
     let rows = vec![
         row("Light", light_in_words(bench)),
-        row("Receiver", receiver_in_words(bench, highest_mm)),
+        row("Receiver", receiver_in_words(bench, highest_mm).replace(" x ", " × ")),
         row("Seen", "on the receiver from the block’s side: left is +x, top is +y"),
     ];
     Facts { title: "Bench".into(), rows }
@@ -288,7 +288,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (shape, drawing) =
-            rayon::join(|| Shape::of(&block.surface), || report::dimensioned_drawing(solid, bench.distance_mm()));
+            rayon::join(|| Shape::of(solid.surface()), || report::dimensioned_drawing(solid, bench.distance_mm()));
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
@@ -306,7 +306,7 @@ impl DesignPage<'_> {
             warnings,
             highlights: self.highlights(),
             model: Model {
-                surface: &block.surface,
+                surface: solid.surface(),
                 entry_z_mm: solid.entry_z_mm(),
                 outline: solid.shape().outline(solid.extent()),
                 rim_z_mm: solid.rim_z_mm(),
@@ -419,6 +419,15 @@ impl DesignPage<'_> {
             row("Exit face", format!("{} × {} mm, relief {:.3} mm", mm(size.width_mm), mm(size.height_mm), high - low)),
             row("Thinnest place", format!("{:.3} mm", solid.thinnest_mm())),
         ];
+        let whole = solid.extent();
+        if whole != size {
+            let rest = format!(
+                "the face goes on to {} × {} mm, for light from the side",
+                mm(whole.width_mm),
+                mm(whole.height_mm)
+            );
+            rows.push(row("Skirt", rest));
+        }
         rows.extend(face_rows(shape));
         rows.push(row(
             "Nodes",
