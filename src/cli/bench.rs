@@ -1,18 +1,21 @@
-//! From settings to a bench.
+//! From settings to a bench, and from the record of a bench to the scene in which the verifier looks at its block.
 
 use super::{
     error::Failure,
-    lamp::{Emission, Lamp, LightName},
+    lamp::{self, Lamp, LightName},
     settings::{Settings, Shift},
+    side_file::BenchRecord,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
     bench::{Bench, ExitFace},
-    grid::Extent,
+    grid::{Extent, Field},
     light::{Intensity, Light, Profile},
     materials,
     target::{Picture, Transfer, to_picture_order},
 };
+use glasswarp_verify::{self as verify, Emission, Image, Optics, Scene, Window};
+use std::path::Path;
 
 /// Where a point source stands if nobody says, from the entry face, mm.
 const SOURCE_MM: f64 = 500.0;
@@ -93,7 +96,7 @@ fn lit(bench: Bench, settings: &Settings, thickness_mm: f64) -> Result<Bench, Fa
             let away_mm = settings.source_distance.map_or(SOURCE_MM, |length| length.mm);
             let entry_z = if settings.is_mirror() { 0.0 } else { -thickness_mm };
             let position_mm = (towards * (sin * away_mm)).extend(entry_z - sense * cos * away_mm);
-            let lamp = Lamp::open(settings.emission.as_ref().unwrap_or(&Emission::Isotropic))?;
+            let lamp = Lamp::open(settings.emission.as_ref().unwrap_or(&lamp::Emission::Isotropic))?;
             // What the library knows in closed form needs no table.
             let straight = deg == 0.0 && lamp == Lamp::Lambertian;
             let intensity = if straight { Intensity::Lambertian } else { Intensity::Isotropic };
@@ -102,18 +105,39 @@ fn lit(bench: Bench, settings: &Settings, thickness_mm: f64) -> Result<Bench, Fa
                 bench
             } else {
                 let axis = (DVec3::Z * entry_z - position_mm).normalize();
-                let profile = Profile::of(&bench, |ray| lamp.intensity(ray.direction.angle_between(axis)));
+                let profile =
+                    Profile::of(&bench, thickness_mm, |ray| lamp.intensity(ray.direction.angle_between(axis)));
                 bench.with_profile(profile.map_err(Failure::refused)?)
             }
         }
     };
     let Some(path) = &settings.beam else { return Ok(bench) };
-    let picture = Picture::open(path, Some(Transfer::Linear)).map_err(|error| Failure::Io {
+    let beam = to_picture_order(open_beam(path)?.values());
+    let profile = Profile::measured(&bench, thickness_mm, &beam).map_err(Failure::refused)?;
+    Ok(bench.with_profile(profile))
+}
+
+fn open_beam(path: &Path) -> Result<Picture, Failure> {
+    Picture::open(path, Some(Transfer::Linear)).map_err(|error| Failure::Io {
         what: format!("{} is no picture of a beam", path.display()),
         source: error.into(),
-    })?;
-    let profile = Profile::measured(&bench, &to_picture_order(picture.values())).map_err(Failure::refused)?;
-    Ok(bench.with_profile(profile))
+    })
+}
+
+/// What the exit face of a scene does.
+pub(crate) fn exit_face_of(scene: &Scene) -> ExitFace {
+    match scene.optics {
+        Optics::Refracts { ior } => ExitFace::Refracts { ior },
+        Optics::Reflects => ExitFace::Reflects,
+    }
+}
+
+/// What the block is optically, in words.
+pub(crate) fn exit_face_in_words(exit_face: ExitFace) -> String {
+    match exit_face {
+        ExitFace::Refracts { ior } => format!("index {ior}"),
+        ExitFace::Reflects => "its exit face a mirror".to_owned(),
+    }
 }
 
 /// The light of a bench in words.
@@ -187,6 +211,54 @@ pub(crate) fn receiver_in_words(bench: &Bench, highest_mm: f64) -> String {
         words += &format!(", leaning by {:.1} degrees (side {clock:.0} is further away)", angle.to_degrees());
     }
     words
+}
+
+/// The scene in which a block is looked at, by what its side file says; its pixels are whoever's who looks.
+///
+/// # Errors
+/// A lamp's or beam's file that cannot be read.
+pub(crate) fn scene_of(record: &BenchRecord, settings: &Settings) -> Result<Scene, Failure> {
+    let window = Window {
+        size_mm: DVec2::new(record.window_width_mm, record.window_height_mm),
+        centre_mm: DVec2::from(record.window_centre_mm),
+        nx: 1,
+        ny: 1,
+    };
+    let mut scene = if record.mirror {
+        Scene::mirror(record.distance_mm, window)
+    } else {
+        Scene::new(record.ior, record.distance_mm, window)
+    };
+    scene.receiver_turned = DVec3::from(record.receiver_turned);
+    let direction = DVec3::from(record.light_direction);
+    scene.light = match record.source_mm {
+        None => verify::Light::parallel(direction),
+        Some(source) => {
+            let lamp = settings.emission.as_ref().map(Lamp::open).transpose()?;
+            let emission = match lamp {
+                None | Some(Lamp::Isotropic) => Emission::Isotropic,
+                Some(Lamp::Lambertian) => Emission::Lambertian,
+                Some(Lamp::Gaussian(half_angle)) => Emission::Gaussian { half_angle },
+                Some(Lamp::Measured(lamp)) => {
+                    let table: Vec<(f64, f64)> = lamp.table().collect();
+                    Emission::Table(verify::IntensityTable::new(&table).map_err(Failure::refused)?)
+                }
+            };
+            verify::Light::Point { position_mm: DVec3::from(source), emission, axis: Some(direction) }
+        }
+    };
+    if let Some(path) = &settings.beam {
+        let picture = open_beam(path)?;
+        let values = picture.values();
+        // Light from the side enters beside the face, where nobody measured: what is nearest stands for it.
+        let (nx, ny) = (values.nx(), values.ny());
+        let wide =
+            Field::from_fn(3 * nx, 3 * ny, |i, j| values[(i.clamp(nx, 2 * nx - 1) - nx, j.clamp(ny, 2 * ny - 1) - ny)]);
+        let size_mm = 3.0 * DVec2::new(record.width_mm, record.height_mm);
+        let image = Image::new(3 * nx, 3 * ny, wide.into_vec());
+        scene.profile = Some(verify::BeamProfile::new(image, size_mm, DVec2::ZERO).map_err(Failure::refused)?);
+    }
+    Ok(scene)
 }
 
 /// What a user should know of a bench before a block is made for it.

@@ -1,18 +1,17 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    bench::{light_in_words, receiver_in_words},
+    bench::{exit_face_in_words, light_in_words, receiver_in_words, scene_of},
     budget::{self, Judged, Step},
     error::Failure,
     finish::Finished,
-    judge::{self, Examiner, Judgement, Place},
+    judge::{self, Examiner, Judgement},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
     side_file::{self, BenchRecord, SideFile},
 };
 use glasswarp::{
-    bench::ExitFace,
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
@@ -165,7 +164,7 @@ fn write_files(
     for output in outputs {
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
-    let bench = BenchRecord::of(&plan.bench, block);
+    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
     for (path, outputs) in &sets {
         side_file::write(
             path,
@@ -239,7 +238,7 @@ impl Opinion {
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
         let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
+        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
             let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
@@ -309,10 +308,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         solid.surface().extent().width_mm,
         solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
-        match bench.exit_face() {
-            ExitFace::Refracts { ior } => format!("index {ior}"),
-            ExitFace::Reflects => "its exit face a mirror".to_owned(),
-        }
+        exit_face_in_words(bench.exit_face())
     );
     println!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",

@@ -89,7 +89,7 @@ fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<
     let wanted = image_of(target.resampled(nx, ny).cells());
     let error_at = |factor: f64| {
         let distance_mm = factor * scene.distance_mm;
-        let scene = Scene { distance_mm, window: Window { nx, ny, ..scene.window }, ..*scene };
+        let scene = Scene { distance_mm, window: Window { nx, ny, ..scene.window }, ..scene.clone() };
         match Tracer::for_block(block, &scene) {
             Ok(tracer) => {
                 // A receiver beyond all light is no candidate.
@@ -119,7 +119,7 @@ fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<
          error {error:.3} instead of {here:.3} (at {nx} pixels); is the distance wrong by a factor of {factor:.2}, or the index?",
         factor * scene.distance_mm,
         scene.distance_mm,
-        1.0 + (scene.ior - 1.0) * factor,
-        scene.ior
+        1.0 + (scene.ior() - 1.0) * factor,
+        scene.ior()
     )])
 }

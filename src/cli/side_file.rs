@@ -10,7 +10,6 @@ use glasswarp::{
     bench::{Bench, ExitFace},
     export::{HeightMap, HeightMapFormat, write_atomically},
     light::Light,
-    pipeline::Block,
     solid::Solid,
 };
 use serde::Deserialize;
@@ -56,7 +55,8 @@ pub(crate) struct BenchRecord {
 }
 
 impl BenchRecord {
-    pub(crate) fn of(bench: &Bench, block: &Block) -> Self {
+    /// The bench alone.
+    pub(crate) fn of(bench: &Bench) -> Self {
         let incident = bench.light_direction();
         let tangential = incident.truncate() * bench.exit_face().ior();
         let direction = tangential.extend((1.0 - tangential.length_squared()).sqrt().copysign(incident.z));
@@ -67,13 +67,12 @@ impl BenchRecord {
                 ((DVec3::Z * middle_z - position_mm).normalize(), Some(position_mm.to_array()))
             }
         };
-        let skirt = 0.5 * (block.solid.surface().extent().as_vec() - bench.block().as_vec());
         Self {
             width_mm: bench.block().width_mm,
             height_mm: bench.block().height_mm,
-            entry_z_mm: block.solid.entry_z_mm(),
-            relief_mm: block.solid.surface().relief_mm(),
-            thinnest_mm: block.solid.thinnest_mm(),
+            entry_z_mm: 0.0,
+            relief_mm: 0.0,
+            thinnest_mm: 0.0,
             distance_mm: bench.distance_mm(),
             window_width_mm: bench.window().width_mm,
             window_height_mm: bench.window().height_mm,
@@ -83,8 +82,25 @@ impl BenchRecord {
             mirror: bench.exit_face() == ExitFace::Reflects,
             light_direction: light_direction.to_array(),
             source_mm,
-            skirt_mm: skirt.to_array(),
+            skirt_mm: [0.0; 2],
         }
+    }
+
+    /// The same with the block that stands on it.
+    pub(crate) fn with(self, solid: &Solid) -> Self {
+        let skirt = 0.5 * (solid.surface().extent().as_vec() - DVec2::new(self.width_mm, self.height_mm));
+        Self {
+            entry_z_mm: solid.entry_z_mm(),
+            relief_mm: solid.surface().relief_mm(),
+            thinnest_mm: solid.thinnest_mm(),
+            skirt_mm: skirt.to_array(),
+            ..self
+        }
+    }
+
+    /// What the exit face does.
+    pub(crate) fn exit_face(&self) -> ExitFace {
+        if self.mirror { ExitFace::Reflects } else { ExitFace::Refracts { ior: self.ior } }
     }
 
     /// Size of the exit face with its skirt, mm.

@@ -3,10 +3,12 @@
 //! Node grids span a rectangle edge to edge; cell grids tile it. Both are row-major: row `j` runs along `+y`, column `i`
 //! along `+x`.
 
+mod convolve;
 pub mod dct;
 mod field;
 mod resample;
 
+pub use convolve::Convolution;
 pub use field::Field;
 pub use resample::{area_resample, bilinear_resample};
 

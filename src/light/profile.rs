@@ -1,6 +1,6 @@
 //! Light whose flux is spread unevenly over the block: a torch's cone, a lamp's published intensity, a beam that was photographed.
 
-use super::{Incidence, PointWave};
+use super::{Incidence, Intensity, PointWave};
 use crate::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field},
@@ -64,11 +64,12 @@ impl Profile {
     /// Nodes along each side of the block.
     const NODES: usize = 513;
 
-    /// The profile of a bench's light whose flux differs from the light's own by a factor `of` every ray.
+    /// The profile of a bench's light whose flux differs from the light's own by a factor `of` every ray. `thickness_mm` is that
+    /// from the entry face to the mean exit plane: light from the side enters elsewhere than it leaves.
     ///
     /// # Errors
     /// Factors that are no light, or leave a part of the block dark.
-    pub fn of(bench: &Bench, of: impl Fn(&Arriving) -> f64) -> Result<Self, ProfileError> {
+    pub fn of(bench: &Bench, thickness_mm: f64, of: impl Fn(&Arriving) -> f64) -> Result<Self, ProfileError> {
         let (extent, n) = (bench.block(), Self::NODES);
         let light = Incidence::without_profile(bench);
         let wave = PointWave::of(bench);
@@ -78,7 +79,7 @@ impl Profile {
         for k in 0..n * n {
             let at_mm = extent.node(k % n, k / n, n, n);
             let incoming = light.at(at_mm.extend(0.0));
-            let arriving = arriving(bench, wave.as_ref(), at_mm, incoming.direction);
+            let arriving = arriving(bench, wave.as_ref(), thickness_mm, at_mm, incoming.direction);
             let value = of(&arriving);
             if !(value.is_finite() && value >= 0.0) {
                 return Err(ProfileError::Value { at_mm, value });
@@ -102,14 +103,14 @@ impl Profile {
     ///
     /// # Errors
     /// Those of [`Profile::of`], or too few pixels.
-    pub fn measured(bench: &Bench, picture: &Field<f64>) -> Result<Self, ProfileError> {
+    pub fn measured(bench: &Bench, thickness_mm: f64, picture: &Field<f64>) -> Result<Self, ProfileError> {
         let (nx, ny) = (picture.nx(), picture.ny());
         if nx.min(ny) < 2 {
             return Err(ProfileError::TooSmall { nx, ny });
         }
         let block = bench.block();
         let pixels = DVec2::new(nx as f64, ny as f64);
-        Self::of(bench, |ray| {
+        Self::of(bench, thickness_mm, |ray| {
             let at = (ray.entry_mm - block.lower()) / block.as_vec() * pixels - 0.5;
             bilinear(picture, at) / ray.irradiance
         })
@@ -137,29 +138,20 @@ fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
 }
 
 /// The ray in air that crosses the mean plane at `at_mm`, there along `inside`.
-fn arriving(bench: &Bench, wave: Option<&PointWave>, at_mm: DVec2, inside: DVec3) -> Arriving {
-    let (ior, air_mm, thickness_mm, source_mm) = match (wave, bench.exit_face()) {
-        (Some(wave), ExitFace::Refracts { ior }) => (ior, wave.air_mm, -wave.origin_mm, wave.source),
-        (Some(wave), ExitFace::Reflects) => (1.0, wave.origin_mm, 0.0, wave.source),
-        // Parallel light is the same everywhere; where it enters matters to a measured beam only, whose picture is that of the
-        // light that reaches the exit face.
-        (None, ExitFace::Refracts { ior }) => (ior, f64::INFINITY, 0.0, at_mm),
-        (None, ExitFace::Reflects) => (1.0, f64::INFINITY, 0.0, at_mm),
-    };
-    let tangential = inside.truncate() * ior;
+fn arriving(bench: &Bench, wave: Option<&PointWave>, thickness_mm: f64, at_mm: DVec2, inside: DVec3) -> Arriving {
+    let thickness_mm = if bench.exit_face() == ExitFace::Reflects { 0.0 } else { thickness_mm };
+    let tangential = inside.truncate() * bench.exit_face().ior();
     let axial = (1.0 - tangential.length_squared()).max(0.0).sqrt();
     let direction = tangential.extend(axial.copysign(inside.z));
     let entry_mm = at_mm - inside.truncate() * (thickness_mm / inside.z.abs());
-    let irradiance = if air_mm.is_finite() {
-        let ray = (entry_mm - source_mm).extend(air_mm);
-        let cube = ray.length_squared() * ray.length();
-        let even = air_mm / cube;
-        match bench.light() {
-            super::Light::Point { intensity: super::Intensity::Lambertian, .. } => even * air_mm / ray.length(),
-            _ => even,
+    let irradiance = wave.map_or(1.0, |wave| {
+        let air_mm = if bench.exit_face() == ExitFace::Reflects { wave.origin_mm } else { wave.air_mm };
+        let ray = (entry_mm - wave.source).extend(air_mm);
+        let even = air_mm / (ray.length_squared() * ray.length());
+        match wave.intensity {
+            Intensity::Isotropic => even,
+            Intensity::Lambertian => even * air_mm / ray.length(),
         }
-    } else {
-        1.0
-    };
+    });
     Arriving { direction, entry_mm, irradiance }
 }

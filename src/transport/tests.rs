@@ -223,7 +223,7 @@ fn undisturbed(bench: Bench) -> Bench {
 fn torch(bench: Bench, half_deg: f64) -> Bench {
     let Light::Point { position_mm, .. } = bench.light() else { panic!("no source") };
     let axis = -position_mm.normalize();
-    let profile = Profile::of(&bench, |ray| {
+    let profile = Profile::of(&bench, 30.0, |ray| {
         let angle = ray.direction.angle_between(axis).to_degrees() / half_deg;
         (-(angle * angle) * std::f64::consts::LN_2).exp()
     });
@@ -233,7 +233,7 @@ fn torch(bench: Bench, half_deg: f64) -> Bench {
 /// Light that has been measured over the block.
 fn beam(bench: Bench) -> Bench {
     let picture = Field::from_fn(30, 20, |i, j| 1.0 + 0.08 * i as f64 + 0.5 * (0.3 * j as f64).sin());
-    let profile = Profile::measured(&bench, &picture).unwrap();
+    let profile = Profile::measured(&bench, 30.0, &picture).unwrap();
     bench.with_profile(profile)
 }
 

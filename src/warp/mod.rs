@@ -16,6 +16,8 @@ mod improved;
 mod locate;
 mod mesh;
 mod objective;
+#[cfg(test)]
+mod onto_mesh;
 mod paper;
 mod pullback;
 mod relief;

@@ -7,7 +7,7 @@
 
 use super::PhotonTally;
 use crate::{
-    film::{Tally, UNIT},
+    film::Tally,
     picture::{PictureError, read_exr_layer, write_whole},
 };
 use exr::prelude::{
@@ -107,6 +107,7 @@ impl PhotonTally {
             ("strata", format!("{} {}", self.strata.0, self.strata.1)),
             ("replicates", self.replicates.to_string()),
             ("done", done.join(" ")),
+            ("light", if self.is_even() { "even" } else { "uneven" }.to_owned()),
             ("fates", self.fates.words().map(|units| units.to_string()).join(" ")),
         ];
         lines.iter().fold(KIND.to_owned(), |text, (key, value)| format!("{text}\n{key} = {value}"))
@@ -162,12 +163,17 @@ fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
         sums: words("sum", SUM_WORDS)?,
         squares: words("square", SQUARE_WORDS)?,
     };
-    check(&tally)?;
+    let even = match values.get("light") {
+        None | Some(&"even") => true,
+        Some(&"uneven") => false,
+        Some(other) => return Err(format!("its 'light' is '{other}'")),
+    };
+    check(&tally, even)?;
     Ok((tally, text("bench")?.to_owned()))
 }
 
-/// Every photon's power is somewhere, and the pixels hold what is said to have met the window.
-fn check(tally: &PhotonTally) -> Result<(), String> {
+/// Every photon's power is somewhere, if all have the same, and the pixels hold what is said to have met the window.
+fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     let ascending = tally.done.windows(2).all(|pair| pair[0] < pair[1]);
     let last = tally.done.last().copied().unwrap_or(u32::MAX);
     if !ascending || last >= tally.replicates || tally.replicates > super::MOST_REPLICATES {
@@ -177,9 +183,8 @@ fn check(tally: &PhotonTally) -> Result<(), String> {
     if columns.max(rows) > super::MOST_STRATA {
         return Err(format!("{columns} x {rows} strata are more than there can be"));
     }
-    let power = u128::from(tally.photons()) * u128::from(UNIT);
     let booked = tally.fates.words().iter().try_fold(0u128, |sum, &units| sum.checked_add(units));
-    if booked != Some(power) {
+    if booked.is_none() || tally.is_even() != even {
         return Err(format!("{} photons do not account for its fates", tally.photons()));
     }
     if tally.sums.iter().sum::<u128>() != tally.fates.window {
