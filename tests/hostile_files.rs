@@ -112,7 +112,8 @@ fn three_mf() {
         .run(cases(5000), read_solid(Format::ThreeMf));
 }
 
-const TETRAHEDRON_3MF: &[u8] = b"<?xml version=\"1.0\"?><model unit=\"inch\"><resources><object id=\"1\"><mesh><vertices>\
+const TETRAHEDRON_3MF: &[u8] =
+    b"<?xml version=\"1.0\"?><model unit=\"inch\"><resources><object id=\"1\"><mesh><vertices>\
     <vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/></vertices>\
     <triangles><triangle v1=\"0\" v2=\"2\" v3=\"1\"/></triangles></mesh></object></resources><build/></model>";
 
@@ -215,12 +216,13 @@ fn pictures_pnm() {
 
 #[test]
 fn pictures_exr() {
-    let corpus = [Compression::Uncompressed, Compression::RLE, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
-        .into_iter()
-        .flat_map(|compression| {
-            [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
-        })
-        .collect();
+    let corpus =
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
+            .into_iter()
+            .flat_map(|compression| {
+                [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
+            })
+            .collect();
     let target = Target { name: "picture, OpenEXR", corpus, mend: None, memory: picture_memory };
     target.run(cases(3000), read_picture);
 }
@@ -242,8 +244,7 @@ fn exr_picture(compression: Compression, blocks: Blocks) -> Vec<u8> {
 
 #[test]
 fn photon_tallies() {
-    let target =
-        Target { name: "photon tally", corpus: vec![tally()], mend: None, memory: exr_memory };
+    let target = Target { name: "photon tally", corpus: vec![tally()], mend: None, memory: exr_memory };
     target.run(cases(3000), |bytes| Read::of(PhotonTally::parse(bytes)));
 }
 

@@ -27,7 +27,12 @@ fn binary() -> PathBuf {
 
 fn command(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(binary());
-    command.current_dir(folder).args(line.split_whitespace()).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command
+        .current_dir(folder)
+        .args(line.split_whitespace())
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null());
     command
 }
 
@@ -75,7 +80,8 @@ fn ends_at_any_moment(signal: &str, moments: std::ops::Range<u32>, of: u32) {
         furnish(shop.root(), &older);
         let mut child = command(shop.root(), DESIGN).spawn().unwrap();
         // Moments that no regular step of the program could keep in time with.
-        let spread = (f64::from(moment) + 0.5) / f64::from(of) + 0.3 * (f64::from(moment) * 0.618).fract() / f64::from(of);
+        let spread =
+            (f64::from(moment) + 0.5) / f64::from(of) + 0.3 * (f64::from(moment) * 0.618).fract() / f64::from(of);
         thread::sleep(took.mul_f64(spread));
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().is_ok());
         let status = child.wait().unwrap();
@@ -158,7 +164,9 @@ fn a_full_disk_leaves_old_files_or_new_ones() {
     let size = format!("size={}", old_size + 200_000);
     let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", &size, "tmpfs"]).arg(&disk).output();
     if !mounted.is_ok_and(|output| output.status.success()) {
-        eprintln!("\n*** DID NOT RUN: a_full_disk_leaves_old_files_or_new_ones needs the right to mount a small disk ***\n");
+        eprintln!(
+            "\n*** DID NOT RUN: a_full_disk_leaves_old_files_or_new_ones needs the right to mount a small disk ***\n"
+        );
         return;
     }
     let result = std::panic::catch_unwind(|| {
@@ -167,7 +175,11 @@ fn a_full_disk_leaves_old_files_or_new_ones() {
         let mut full = older.clone();
         full.insert("filler".into(), vec![0; 120_000]);
         let output = Command::new(binary()).args(DESIGN.split_whitespace()).current_dir(&disk).output().unwrap();
-        assert!(String::from_utf8_lossy(&output.stderr).contains("space"), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(
+            String::from_utf8_lossy(&output.stderr).contains("space"),
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
         assert_untouched(&disk, &output, &full, &new);
         // With room again, the same run succeeds.
         fs::remove_file(disk.join("filler")).unwrap();

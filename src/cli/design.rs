@@ -3,21 +3,27 @@
 use super::{
     bench::{exit_face_in_words, light_in_words, receiver_in_words, scene_of},
     budget::{self, Judged, Step},
+    console::{self, say},
     error::Failure,
     finish::Finished,
+    json,
     judge::{self, Examiner, Judgement},
+    memory,
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
     side_file::{self, BenchRecord, SideFile},
+    toml_file,
 };
 use glasswarp::{
+    bench::{Bench, ExitFace},
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
     report::{self, Exposure},
     solid::Origin,
+    solver::Progress,
     target::to_picture_order,
 };
 use glasswarp_verify::{Image, PhotonPlan};
@@ -56,31 +62,49 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
 
+    /// Take more memory than this machine has free, if it must be
+    #[arg(long)]
+    ignore_memory: bool,
+
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
 }
 
+impl DesignArgs {
+    pub(crate) fn is_verified(&self) -> bool {
+        !self.no_verify
+    }
+
+    pub(crate) fn ignores_memory(&self) -> bool {
+        self.ignore_memory
+    }
+}
+
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let (plan, outputs) = plan(args)?;
+    let expected = memory::check(&plan, &outputs, args)?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
+    progress.begin("writing files", 0);
     let notes = write_files(&plan, &outputs, &block, args.height_map_cutter)?;
     // The way of a tip is no face that light could be traced through.
     let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
-    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block)?) };
+    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block, &progress)?) };
+    progress.begin("drawing", 0);
     let pictures = match &opinion {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
         None => draw_weakness(&plan, &outputs[0], &block)?,
     };
+    progress.finish();
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
-        println!("  pictures       {}", list(&pictures));
+        say!("  pictures       {}", list(&pictures));
     }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
@@ -88,23 +112,77 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         opinion.finished.iter().for_each(Finished::print);
     }
     for warning in &block.summary.warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
+    console::result(json::Result::Design(Box::new(json::Design {
+        files: json::texts(&outputs),
+        pictures: json::texts(&pictures),
+        block: block_to_json(&plan, &block),
+        bench: bench_to_json(&plan.bench),
+        solver: solver_to_json(&plan, &block, solved),
+        notes,
+        judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
+        budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
+        finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
+        expected_memory: expected.0,
+    })));
     opinion.map_or(Ok(()), |opinion| match &opinion.finished {
         Some(finished) => finished.demand(args.max_error),
         None => opinion.judgement.demand(args.max_error),
     })
 }
 
+fn block_to_json(plan: &Plan, block: &Block) -> json::Block {
+    let extent = block.solid.surface().extent();
+    json::Block {
+        width_mm: extent.width_mm,
+        height_mm: extent.height_mm,
+        thickness_mm: block.solid.thickness_mm(),
+        relief_mm: block.surface.relief_mm(),
+        thinnest_mm: block.solid.thinnest_mm(),
+        nodes: [plan.nodes.0, plan.nodes.1],
+    }
+}
+
+fn bench_to_json(bench: &Bench) -> json::Bench {
+    json::Bench {
+        ior: match bench.exit_face() {
+            ExitFace::Refracts { ior } => Some(ior),
+            ExitFace::Reflects => None,
+        },
+        light: light_in_words(bench),
+        distance_mm: bench.distance_mm(),
+        window_mm: bench.window().as_vec().to_array(),
+        window_centre_mm: bench.window_centre_mm().to_array(),
+    }
+}
+
+fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
+    json::Solver {
+        name: name_of(plan.solver),
+        iterations: block.summary.iterations(),
+        seconds: solved.as_secs_f64(),
+        levels_at_limit: levels_at_limit(block),
+        notes: block.summary.notes.clone(),
+    }
+}
+
+fn levels_at_limit(block: &Block) -> usize {
+    block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
+}
+
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
     let is_design = args.picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let mut settings = args.settings.clone();
+    let (mut settings, mut written) = (args.settings.clone(), None);
     let picture = if is_design {
-        settings = settings.or(Settings::read(&args.picture)?);
+        let file = Settings::read_with_text(&args.picture)?;
+        settings = settings.or(file.0);
+        written = Some(file.1);
         settings.named_picture(&args.picture)?
     } else {
         args.picture.clone()
     };
+    let settings = settings.with_preset()?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
@@ -118,7 +196,14 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
-    let plan = Plan::new(picture, settings)?;
+    let plan = Plan::new(picture, settings).map_err(|failure| match &written {
+        // Which of the file's lines may be meant.
+        Some(text) => {
+            let places = toml_file::places(text, &args.picture, &failure.to_string());
+            failure.with_places(&places)
+        }
+        None => failure,
+    })?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -233,7 +318,8 @@ struct Opinion {
 impl Opinion {
     /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
     /// most.
-    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
+    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block, progress: &dyn Progress) -> Result<Self, Failure> {
+        progress.begin("reading back and tracing", 3);
         let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
@@ -247,8 +333,10 @@ impl Opinion {
         // Reading text takes its time, on one core.
         let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
         let ((first, judgement), others) = (first?, others?);
+        progress.advance(1);
         let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
+        progress.advance(2);
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
         Ok(Self { judgement, steps, wanted, finished })
@@ -302,15 +390,15 @@ fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBu
 /// Prints what was made.
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
-    println!("{}", list(outputs));
-    println!(
+    say!("{}", list(outputs));
+    say!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
         solid.surface().extent().width_mm,
         solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
         exit_face_in_words(bench.exit_face())
     );
-    println!(
+    say!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
         block.surface.relief_mm(),
         solid.thinnest_mm(),
@@ -319,7 +407,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     );
     if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
         let stock = solid.stock_extent();
-        println!(
+        say!(
             "  rim            {} mm wide, its plane {:.2} mm above the entry face; {:.2} x {:.2} mm in all",
             rim.width_mm,
             z - solid.entry_z_mm(),
@@ -329,7 +417,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     }
     let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
     if skirt > 0.0 {
-        println!(
+        say!(
             "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
              cover it for a picture without a glow around it",
             bench.block().width_mm,
@@ -337,27 +425,27 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         );
     }
     if solid.shape().origin != Origin::Exit {
-        println!("  origin         {}", solid.shape().origin.place());
+        say!("  origin         {}", solid.shape().origin.place());
     }
-    println!("  light          {}", light_in_words(bench));
-    println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
-    let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
+    say!("  light          {}", light_in_words(bench));
+    say!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
     } else {
         String::new()
     };
-    println!(
+    say!(
         "  solver         {}, {} iterations, {:.2} s{limit}",
         name_of(plan.solver),
         block.summary.iterations(),
         solved.as_secs_f64()
     );
     for note in &block.summary.notes {
-        println!("                 {note}");
+        say!("                 {note}");
     }
     for note in notes {
-        println!("  {note}");
+        say!("  {note}");
     }
 }
 

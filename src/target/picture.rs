@@ -129,6 +129,7 @@ impl Picture {
     /// # Errors
     /// A file that cannot be read or decoded, or holds values that are no light.
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
+        let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
         Self::read(BufReader::new(File::open(path)?), transfer, Self::MEMORY)
     }
 
@@ -137,20 +138,12 @@ impl Picture {
     ///
     /// # Errors
     /// Those of [`open`](Self::open), and [`PictureError::Memory`].
-    pub fn read(
-        mut file: impl BufRead + Seek,
-        transfer: Option<Transfer>,
-        memory: u64,
-    ) -> Result<Self, PictureError> {
+    pub fn read(mut file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
         let is_exr = file.fill_buf()?.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
         if is_exr { Self::read_exr(file, transfer, memory) } else { Self::read_integer(file, transfer, memory) }
     }
 
-    fn read_integer(
-        file: impl BufRead + Seek,
-        transfer: Option<Transfer>,
-        memory: u64,
-    ) -> Result<Self, PictureError> {
+    fn read_integer(file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
         let mut limits = Limits::default();
         limits.max_alloc = Some(memory);
         let mut reader = ImageReader::new(file).with_guessed_format()?;
@@ -175,19 +168,14 @@ impl Picture {
             } else {
                 let scale = f64::from(u16::MAX);
                 let pixels = strip.into_rgba16();
-                values.extend(
-                    pixels.pixels().map(|p| luminance(p.0.map(|v| f64::from(v) / scale), transfer, grey_only)),
-                );
+                values
+                    .extend(pixels.pixels().map(|p| luminance(p.0.map(|v| f64::from(v) / scale), transfer, grey_only)));
             }
         }
         Self::from_values(Field::from_vec(nx, ny, values))
     }
 
-    fn read_exr(
-        mut file: impl BufRead + Seek,
-        transfer: Option<Transfer>,
-        memory: u64,
-    ) -> Result<Self, PictureError> {
+    fn read_exr(mut file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
         use exr::prelude::*;
         let transfer = transfer.unwrap_or(Transfer::Linear);
         let start = file.stream_position()?;

@@ -88,16 +88,8 @@ pub enum Format {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 8] = [
-        Self::Stl,
-        Self::Obj,
-        Self::Glb,
-        Self::Ply,
-        Self::Step,
-        Self::ThreeMf,
-        Self::HeightMapPng,
-        Self::HeightMapExr,
-    ];
+    pub const ALL: [Self; 8] =
+        [Self::Stl, Self::Obj, Self::Glb, Self::Ply, Self::Step, Self::ThreeMf, Self::HeightMapPng, Self::HeightMapExr];
 
     /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb`, `.ply`, `.step` or `.stp`, `.3mf`, `.png`, `.exr`.
     ///
