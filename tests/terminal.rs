@@ -58,6 +58,7 @@ fn every_command_prints_one_document_that_keeps_to_the_schema() {
     assert_eq!(mill["result"]["steps"].as_array().unwrap().len(), 4);
     let scene = said("crosscheck b.stl --with povray --write-only --json", FINE);
     assert_eq!(scene["result"]["renderer"], "POV-Ray");
+    said("preview picture.png --json", FINE);
     said("materials --json", FINE);
     said("presets --json", FINE);
     said("presets desk-demo --json", FINE);
@@ -101,7 +102,9 @@ fn help_fits_a_screen_and_begins_with_an_example() {
     assert!((20..=30).contains(&lines), "{lines} lines:\n{}", help.out);
     assert!(help.out.lines().all(|line| line.chars().count() <= 100), "{}", help.out);
     assert_eq!(shop.run("-h").out, help.out);
-    for command in ["design", "verify", "check", "mill", "crosscheck", "materials", "presets", "completions", "man"] {
+    for command in
+        ["design", "preview", "verify", "check", "mill", "crosscheck", "materials", "presets", "completions", "man"]
+    {
         assert!(help.out.contains(&format!("\n  {command}")), "{command}");
         assert_eq!(shop.run(&format!("{command} --help")).code, FINE);
     }
@@ -117,7 +120,7 @@ fn shells_and_man_get_their_pages() {
     assert!(shop.run("man").out.contains(".TH glasswarp 1"));
     assert_eq!(shop.run("man -o .").code, FINE);
     let pages: Vec<_> = shop.files().into_iter().filter(|name| name.ends_with(".1")).collect();
-    assert_eq!(pages.len(), 10, "{pages:?}");
+    assert_eq!(pages.len(), 11, "{pages:?}");
     let page = fs::read_to_string(shop.path("glasswarp-design.1")).unwrap();
     assert!(page.contains("receiver") && page.contains("preset"));
 }

@@ -28,7 +28,9 @@ fn every_command_of_the_tutorial_works() {
     for picture in page.split("](figures/").skip(1).filter_map(|rest| rest.split(')').next()) {
         assert!(root.join("docs/figures").join(picture).exists(), "{picture} is missing");
     }
-    for made in ["portrait.panel.png", "portrait.contours.png", "check.png", "steps.png", "final.drawing.png", "final.toml"] {
+    for made in
+        ["portrait.panel.png", "portrait.contours.png", "check.png", "steps.png", "final.drawing.png", "final.toml"]
+    {
         assert!(folder.path().join(made).exists(), "{made} is missing");
     }
 }

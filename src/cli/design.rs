@@ -1,33 +1,28 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    bench::{exit_face_in_words, light_in_words, receiver_in_words, scene_of},
-    budget::{self, Judged, Step},
+    bench::{exit_face_in_words, light_in_words, receiver_in_words},
+    budget,
     console::{self, say},
     error::Failure,
     finish::Finished,
-    json,
-    judge::{self, Examiner, Judgement},
-    memory,
+    json, memory,
+    opinion::{Opinion, draw_weakness},
+    page::{self, DesignPage},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
-    side_file::{self, BenchRecord, SideFile},
+    side_file::{self, BenchRecord},
     toml_file,
 };
 use glasswarp::{
-    bench::{Bench, ExitFace},
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
-    report::{self, Exposure},
     solid::Origin,
     solver::Progress,
-    target::to_picture_order,
 };
-use glasswarp_verify::{Image, PhotonPlan};
-use image::GrayImage;
 use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
@@ -69,6 +64,14 @@ pub(crate) struct DesignArgs {
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
+
+    /// The report, a page of HTML for the people who will make the block [default: beside the first file, .report.html]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    report: Option<PathBuf>,
+
+    /// Write no report
+    #[arg(long)]
+    no_report: bool,
 }
 
 impl DesignArgs {
@@ -84,6 +87,7 @@ impl DesignArgs {
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let (plan, outputs) = plan(args)?;
     let expected = memory::check(&plan, &outputs, args)?;
+    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
@@ -102,9 +106,16 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         None => draw_weakness(&plan, &outputs[0], &block)?,
     };
     progress.finish();
+    if let Some(path) = &report {
+        let opinion = opinion.as_ref();
+        DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved }.write(path)?;
+    }
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
         say!("  pictures       {}", list(&pictures));
+    }
+    if let Some(path) = &report {
+        say!("  report         {}", path.display());
     }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
@@ -116,9 +127,9 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     }
     console::result(json::Result::Design(Box::new(json::Design {
         files: json::texts(&outputs),
-        pictures: json::texts(&pictures),
-        block: block_to_json(&plan, &block),
-        bench: bench_to_json(&plan.bench),
+        pictures: json::texts(&[pictures, report.into_iter().collect()].concat()),
+        block: json::Block::of(&plan, &block),
+        bench: json::Bench::of(&plan.bench),
         solver: solver_to_json(&plan, &block, solved),
         notes,
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
@@ -130,31 +141,6 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         Some(finished) => finished.demand(args.max_error),
         None => opinion.judgement.demand(args.max_error),
     })
-}
-
-fn block_to_json(plan: &Plan, block: &Block) -> json::Block {
-    let extent = block.solid.surface().extent();
-    json::Block {
-        width_mm: extent.width_mm,
-        height_mm: extent.height_mm,
-        thickness_mm: block.solid.thickness_mm(),
-        relief_mm: block.surface.relief_mm(),
-        thinnest_mm: block.solid.thinnest_mm(),
-        nodes: [plan.nodes.0, plan.nodes.1],
-    }
-}
-
-fn bench_to_json(bench: &Bench) -> json::Bench {
-    json::Bench {
-        ior: match bench.exit_face() {
-            ExitFace::Refracts { ior } => Some(ior),
-            ExitFace::Reflects => None,
-        },
-        light: light_in_words(bench),
-        distance_mm: bench.distance_mm(),
-        window_mm: bench.window().as_vec().to_array(),
-        window_centre_mm: bench.window_centre_mm().to_array(),
-    }
 }
 
 fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
@@ -172,17 +158,7 @@ fn levels_at_limit(block: &Block) -> usize {
 }
 
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
-    let is_design = args.picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let (mut settings, mut written) = (args.settings.clone(), None);
-    let picture = if is_design {
-        let file = Settings::read_with_text(&args.picture)?;
-        settings = settings.or(file.0);
-        written = Some(file.1);
-        settings.named_picture(&args.picture)?
-    } else {
-        args.picture.clone()
-    };
-    let settings = settings.with_preset()?;
+    let (settings, picture) = Settings::of(&args.picture, &args.settings)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
@@ -196,14 +172,7 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
-    let plan = Plan::new(picture, settings).map_err(|failure| match &written {
-        // Which of the file's lines may be meant.
-        Some(text) => {
-            let places = toml_file::places(text, &args.picture, &failure.to_string());
-            failure.with_places(&places)
-        }
-        None => failure,
-    })?;
+    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -299,92 +268,6 @@ fn height_map_note(output: &Path, map: &HeightMap) -> String {
         size.y,
         high - low
     )
-}
-
-/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
-/// Pixels across at which a design is judged, at most.
-const PIXELS: usize = 1024;
-
-/// What the verifier says of the files of a design.
-struct Opinion {
-    judgement: Judgement,
-    steps: Vec<Step>,
-    wanted: Image,
-    /// The light after the finish that it was designed for.
-    finished: Option<Finished>,
-}
-
-impl Opinion {
-    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
-    /// most.
-    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block, progress: &dyn Progress) -> Result<Self, Failure> {
-        progress.begin("reading back and tracing", 3);
-        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
-        let judged = stl.unwrap_or(&outputs[0]);
-        // The bench as the side file gives it, which is what a stranger would have.
-        let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
-        let judge = || {
-            let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
-        };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
-        progress.advance(1);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
-        let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
-        progress.advance(2);
-        let finish = plan.settings.finish;
-        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        Ok(Self { judgement, steps, wanted, finished })
-    }
-
-    /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
-    /// budget, the isocontours of the exit face, and the block with its dimensions.
-    fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-        let exposure = Exposure::of(&plan.target, plan.transfer.into());
-        let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
-        let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
-        let note = format!("(relative RMS {error:.4})");
-        let finished = self.finished.as_ref().map(|finished| {
-            let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
-            (judge::field_of(&finished.view.image), note)
-        });
-        type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
-        let mut pictures: Vec<(&str, Draw)> = vec![
-            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
-            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
-            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
-            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
-            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
-        ];
-        if let Some((image, note)) = &finished {
-            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
-        }
-        pictures
-            .par_iter()
-            .map(|(kind, draw)| {
-                let path = output.with_extension(format!("{kind}.png"));
-                report::write_png(&path, &draw()).map_err(Failure::writing)?;
-                Ok(path)
-            })
-            .collect()
-    }
-}
-
-/// Draws the solver's own view of where the light will be wrong, if it has one.
-fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-    let Some(light) = &block.light else { return Ok(Vec::new()) };
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let wanted = plan.target.resampled(light.nx(), light.ny());
-    let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
-    let path = output.with_extension("weakness.png");
-    report::write_png(&path, &picture).map_err(Failure::writing)?;
-    Ok(vec![path])
 }
 
 /// Prints what was made.

@@ -1,6 +1,10 @@
 //! What `--json` prints. The doc comments here become `docs/glasswarp.schema.json`, which a test compares; docs/json.md explains.
 
-use super::budget::Step;
+use super::{bench::light_in_words, budget::Step, plan::Plan};
+use glasswarp::{
+    bench::{self, ExitFace},
+    pipeline,
+};
 use glasswarp_verify::{self as verify, metrics::Metrics};
 #[cfg(test)]
 use schemars::JsonSchema;
@@ -71,6 +75,19 @@ records! {
         finished: Option<Finished>,
         /// The most memory that the run was expected to take, bytes.
         expected_memory: u64,
+    }
+    /// A preview.
+    Preview {
+        /// Files written.
+        files: Vec<String>,
+        /// The coarse block.
+        block: Block,
+        /// The bench.
+        bench: Bench,
+        /// Relative root mean square error of the draft.
+        rel_rms: Option<f64>,
+        /// Structural similarity of the draft.
+        ssim: Option<f64>,
     }
     /// A block of glass, or a mirror.
     Block {
@@ -415,6 +432,7 @@ pub(crate) enum FaultKind {
 pub(crate) enum Result {
     Design(Box<Design>),
     Verify(Box<Verify>),
+    Preview(Preview),
     Tally(Tally),
     Sweep(Sweep),
     Check(Check),
@@ -433,6 +451,35 @@ pub(crate) fn finite(value: f64) -> Option<f64> {
 /// Paths as text.
 pub(crate) fn texts(paths: &[std::path::PathBuf]) -> Vec<String> {
     paths.iter().map(|path| path.display().to_string()).collect()
+}
+
+impl Block {
+    pub(crate) fn of(plan: &Plan, block: &pipeline::Block) -> Self {
+        let extent = block.solid.surface().extent();
+        Self {
+            width_mm: extent.width_mm,
+            height_mm: extent.height_mm,
+            thickness_mm: block.solid.thickness_mm(),
+            relief_mm: block.surface.relief_mm(),
+            thinnest_mm: block.solid.thinnest_mm(),
+            nodes: [plan.nodes.0, plan.nodes.1],
+        }
+    }
+}
+
+impl Bench {
+    pub(crate) fn of(bench: &bench::Bench) -> Self {
+        Self {
+            ior: match bench.exit_face() {
+                ExitFace::Refracts { ior } => Some(ior),
+                ExitFace::Reflects => None,
+            },
+            light: light_in_words(bench),
+            distance_mm: bench.distance_mm(),
+            window_mm: bench.window().as_vec().to_array(),
+            window_centre_mm: bench.window_centre_mm().to_array(),
+        }
+    }
 }
 
 impl Picture {

@@ -20,8 +20,11 @@ mod lamp;
 mod length;
 mod memory;
 mod mill;
+mod opinion;
+mod page;
 mod plan;
 mod presets;
+mod preview;
 mod progress;
 mod settings;
 mod shards;
@@ -83,6 +86,8 @@ struct Cli {
 enum Command {
     /// Make a block from a picture, export it, and trace light through it
     Design(design::DesignArgs),
+    /// Look at what a picture would become, in a second or two
+    Preview(preview::PreviewArgs),
     /// Trace light through a block and judge the picture that it draws
     Verify(verify::VerifyArgs),
     /// Say whether a block can be made, and what tolerances do to its picture
@@ -118,6 +123,7 @@ impl Command {
     fn name(&self) -> &'static str {
         match self {
             Self::Design(_) => "design",
+            Self::Preview(_) => "preview",
             Self::Verify(_) => "verify",
             Self::Check(_) => "check",
             Self::Mill(_) => "mill",
@@ -132,6 +138,7 @@ impl Command {
     fn run(&self) -> Result<(), Failure> {
         match self {
             Self::Design(args) => design::run(args),
+            Self::Preview(args) => preview::run(args),
             Self::Verify(args) => verify::run(args),
             Self::Check(args) => check::run(args),
             Self::Mill(args) => mill::run(args),

@@ -281,17 +281,26 @@ pub(crate) struct DesignFile {
 }
 
 impl Settings {
-    /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        Self::read_with_text(path)?.0.with_preset()
+    /// What flags and a design file together ask for, and the picture; `named` is either.
+    pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
+        if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            return Ok((flags.clone().with_preset()?, named.to_path_buf()));
+        }
+        let settings = flags.clone().or(Self::as_written(named)?).with_preset()?;
+        let picture = settings.named_picture(named)?;
+        Ok((settings, picture))
     }
 
-    /// The same as it is written, its preset yet to be looked up, and the text of the file.
-    pub(crate) fn read_with_text(path: &Path) -> Result<(Self, String), Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let mut settings = toml_file::parse::<DesignFile>(&text, path, "design file")?.design;
+    /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        Self::as_written(path)?.with_preset()
+    }
+
+    /// The same with its preset yet to be looked up.
+    fn as_written(path: &Path) -> Result<Self, Failure> {
+        let mut settings = toml_file::read::<DesignFile>(path, "design file")?.design;
         settings.resolve_paths(path);
-        Ok((settings, text))
+        Ok(settings)
     }
 
     /// With the settings of the preset where these are silent.

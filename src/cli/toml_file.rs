@@ -60,9 +60,17 @@ fn shown(text: &str, path: &Path, span: Range<usize>) -> String {
     shown
 }
 
+/// A refusal with the lines of the design file that it speaks of, if `named` is one.
+pub(crate) fn placed(refusal: Failure, named: &Path) -> Failure {
+    let is_design = named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let text = if is_design { std::fs::read_to_string(named).unwrap_or_default() } else { String::new() };
+    let places = places(&text, named, &refusal.to_string());
+    refusal.with_places(&places)
+}
+
 /// The settings of a `[design]` table that a message speaks of, each with its place: a value that is well written and yet
 /// makes no sense.
-pub(crate) fn places(text: &str, path: &Path, message: &str) -> String {
+fn places(text: &str, path: &Path, message: &str) -> String {
     let Ok(document) = DeTable::parse(text) else { return String::new() };
     let design = document.get_ref().iter().find(|(key, _)| key.get_ref() == "design");
     let Some(DeValue::Table(design)) = design.map(|(_, value)| value.get_ref()) else { return String::new() };
