@@ -1,6 +1,7 @@
 //! The error budget: what each step between the solver and the file does to the light.
 
 use super::{
+    console::say,
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
     side_file::{SideFile, file_name},
@@ -120,6 +121,7 @@ pub(crate) fn of_design(
     examiner: &Examiner,
     judgement: &Judgement,
 ) -> Result<Vec<Step>, Failure> {
+    let _span = tracing::info_span!("error budget").entered();
     let (block, bench) = design;
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
     ledger.book("the solver's own map", exact.own)?;
@@ -223,18 +225,18 @@ pub(crate) fn print(steps: &[Step], distance_mm: f64) {
     if steps.is_empty() {
         return;
     }
-    println!("\nThe same block, step by step                            relative RMS     SSIM   moved by");
+    say!("\nThe same block, step by step                            relative RMS     SSIM   moved by");
     for Step { name, seen } in steps {
         match seen {
             Some(Seen { metrics, moved, .. }) => {
-                println!("  {name:<53} {:>12.4} {:>8.4} {moved:>10.5}", metrics.rel_rms, metrics.ssim);
+                say!("  {name:<53} {:>12.4} {:>8.4} {moved:>10.5}", metrics.rel_rms, metrics.ssim);
             }
-            None => println!("  {name}"),
+            None => say!("  {name}"),
         }
     }
     let plane = steps.iter().find(|step| step.name.contains("normal-mapped plane")).and_then(|step| step.seen.as_ref());
     if let Some(plane) = plane {
-        println!(
+        say!(
             "\nOn this bench, {distance_mm} mm away, the paper's plane would be wrong by {:.1} %.",
             100.0 * plane.moved
         );

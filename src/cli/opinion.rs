@@ -14,6 +14,7 @@ use glasswarp::{
     export::Format,
     pipeline::Block,
     report::{self, Exposure},
+    solver::Progress,
     target::to_picture_order,
 };
 use glasswarp_verify::{Image, PhotonPlan};
@@ -42,7 +43,13 @@ pub(crate) struct Opinion {
 impl Opinion {
     /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
     /// most.
-    pub(crate) fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
+    pub(crate) fn of(
+        plan: &Plan,
+        outputs: &[PathBuf],
+        block: &Block,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        progress.begin("reading back and tracing", 3);
         let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
@@ -61,9 +68,11 @@ impl Opinion {
         let (first, (exact, others)) =
             rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
         let ((judgement, views, first), exact, others) = (first?, exact?, others?);
+        progress.advance(1);
         let seen = (&first, views);
         let steps = budget::of_design((block, &plan.bench), exact, seen, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
+        progress.advance(2);
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
         let scene = scene_of(&side.bench, &side.design)?;

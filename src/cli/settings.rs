@@ -5,6 +5,8 @@ use super::{
     imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     lamp::{Emission, LightName},
     length::Length,
+    presets::PresetName,
+    toml_file,
 };
 use clap::{Args, ValueEnum};
 use glasswarp::{solid::Origin, target::Transfer};
@@ -22,6 +24,11 @@ pub(crate) struct Settings {
     /// The picture, in a design file only (relative to that file).
     #[arg(skip)]
     pub(crate) picture: Option<PathBuf>,
+
+    /// A common set-up to start from: its settings hold where neither a flag nor the design file says otherwise ('glasswarp presets'
+    /// lists them)
+    #[arg(long, value_name = "NAME", help_heading = "Bench")]
+    pub(crate) preset: Option<PresetName>,
 
     /// Width of the block; its height follows the picture's aspect [default: 100mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Bench")]
@@ -296,29 +303,39 @@ pub(crate) fn name_of(choice: impl ValueEnum) -> String {
 
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
-struct DesignFile {
-    design: Settings,
+pub(crate) struct DesignFile {
+    pub(crate) design: Settings,
 }
 
 impl Settings {
     /// What flags and a design file together ask for, and the picture; `named` is either.
     pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
         if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-            return Ok((flags.clone(), named.to_path_buf()));
+            return Ok((flags.clone().with_preset()?, named.to_path_buf()));
         }
-        let settings = flags.clone().or(Self::read(named)?);
+        let settings = flags.clone().or(Self::as_written(named)?).with_preset()?;
         let picture = settings.named_picture(named)?;
         Ok((settings, picture))
     }
 
     /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let file: DesignFile = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no design file:\n{error}", path.display())))?;
-        let mut settings = file.design;
+        Self::as_written(path)?.with_preset()
+    }
+
+    /// The same with its preset yet to be looked up.
+    fn as_written(path: &Path) -> Result<Self, Failure> {
+        let mut settings = toml_file::read::<DesignFile>(path, "design file")?.design;
         settings.resolve_paths(path);
         Ok(settings)
+    }
+
+    /// With the settings of the preset where these are silent.
+    pub(crate) fn with_preset(self) -> Result<Self, Failure> {
+        match self.preset {
+            Some(preset) => Ok(Self { preset: None, ..self.or(preset.settings()?) }),
+            None => Ok(self),
+        }
     }
 
     /// The picture that a design file names.
@@ -368,6 +385,7 @@ impl Settings {
         };
         Self {
             picture: self.picture.or(other.picture),
+            preset: self.preset.or(other.preset),
             size: self.size.or(other.size),
             distance: self.distance.or(other.distance),
             window: self.window.or(other.window),
@@ -422,8 +440,11 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_key_is_named_with_its_place() {
-        let error = toml::from_str::<DesignFile>("[design]\ndistanse = 250").err().unwrap().to_string();
-        assert!(error.contains("line 2") && error.contains("distanse"), "{error}");
+    fn a_file_goes_before_its_preset() {
+        let file = "[design]\npreset = \"desk-demo\"\nsize = \"70mm\"\nior = 1.6";
+        let settings = toml::from_str::<DesignFile>(file).unwrap().design.with_preset().unwrap();
+        assert_eq!(settings.size, Some(Length { mm: 70.0 }));
+        assert_eq!(settings.distance, Some(Length { mm: 200.0 }));
+        assert_eq!((settings.ior, settings.material), (Some(1.6), None));
     }
 }

@@ -4,6 +4,7 @@ use super::{
     error::Failure,
     lamp::Emission,
     settings::{Settings, Shift, SolverName, TransferName, name_of},
+    toml_file,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -161,9 +162,7 @@ impl SideFile {
     }
 
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let mut side: Self = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no side file of a block:\n{error}", path.display())))?;
+        let mut side: Self = toml_file::read(path, "side file of a block")?;
         side.design.resolve_paths(path);
         Ok(side)
     }

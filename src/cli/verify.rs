@@ -1,14 +1,18 @@
 //! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
 
 use super::{
-    bench::{exit_face_in_words, exit_face_of, scene_of},
-    budget, diagnosis,
+    bench::{self, exit_face_in_words, exit_face_of, scene_of},
+    budget,
+    console::{self, say},
+    diagnosis,
     error::Failure,
     finish::Finished,
     imperfect::{self, Intent, Seen},
+    json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
     plan::open_target,
+    progress::TerminalProgress,
     settings::TransferName,
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
@@ -16,8 +20,11 @@ use super::{
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
-use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::{Fresnel, Image, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
+use glasswarp::{
+    solver::Progress,
+    target::{TargetIrradiance, Transfer},
+};
+use glasswarp_verify::{Fresnel, Image, Light, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -212,7 +219,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         shards: shard.of,
     };
     for warning in warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
     if let Some(path) = &args.tally {
         // Photons see the light that there is.
@@ -226,17 +233,21 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
         return shards::demand(error, args.max_error);
     }
+    let progress = TerminalProgress::new();
+    progress.begin("tracing", 3);
     let judgement = judge::judge(&subject, &examiner, &plan)?;
+    progress.advance(1);
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
-        eprintln!("warning: {suspicion}");
+        console::warn(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
+    progress.finish();
     let size = subject.size_mm();
     let what = match &subject {
         Subject::Block(_) => "block",
         Subject::Solid(_) => "solid, traced as its flat triangles",
     };
-    println!(
+    say!(
         "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
         block.display(),
         size.x,
@@ -264,6 +275,17 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if let (Some(seen), Some(side)) = (&seen, &side) {
         seen.print(&side.design);
     }
+    console::result(json::Result::Verify(Box::new(json::Verify {
+        file: block.display().to_string(),
+        kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
+        size_mm: size.to_array(),
+        bench: bench::to_json(exit_face_of(&scene), light_of_scene(&scene), &scene),
+        offset,
+        judgement: judgement.to_json(),
+        budget: steps.iter().map(json::BudgetStep::from).collect(),
+        finished: finished.as_ref().map(Finished::to_json),
+        files: json::texts(&args.output),
+    })));
     // White is the brightest target, as on the wall.
     let brightest = seen.as_ref().map(|seen| &seen.wanted).or(examiner.wanted()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
@@ -275,6 +297,14 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         (Some(seen), _) => seen.demand(args.max_error),
         (None, Some(finished)) => finished.demand(args.max_error),
         (None, None) => judgement.demand(args.max_error),
+    }
+}
+
+/// The light of a scene in words.
+fn light_of_scene(scene: &Scene) -> String {
+    match scene.light {
+        Light::Parallel { direction } => format!("parallel along {direction:.6}"),
+        Light::Point { position_mm, .. } => format!("a point at {position_mm:.3} mm"),
     }
 }
 
