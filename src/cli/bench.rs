@@ -7,6 +7,7 @@ use super::{
     settings::{Settings, Shift},
     side_file::BenchRecord,
     toml_file,
+    white::ior_at,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -65,16 +66,22 @@ fn undisturbed_window(bench: &Bench) -> Extent {
 }
 
 fn ior_of(settings: &Settings) -> Result<f64, Failure> {
-    match (&settings.material, settings.ior) {
-        (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
+    let named = |name: &String| {
+        materials::by_name(name).ok_or_else(|| {
             Failure::Usage(format!(
                 "there is no material '{name}'{}; `glasswarp materials` lists those known, --ior takes any index",
                 toml_file::nearest(name, materials::MATERIALS.iter().map(|material| material.name))
                     .map(|near| format!(", did you mean '{near}'?"))
                     .unwrap_or_default()
             ))
-        }),
-        (None, ior) => Ok(ior.unwrap_or(1.5)),
+        })
+    };
+    match (&settings.material, settings.wavelength) {
+        (Some(name), wavelength) => ior_at(named(name)?, wavelength),
+        (None, Some(wavelength)) => Err(Failure::Usage(format!(
+            "--wavelength {wavelength} decides the index of a material, and none is named: add --material"
+        ))),
+        (None, None) => Ok(settings.ior.unwrap_or(1.5)),
     }
 }
 

@@ -6,6 +6,7 @@ use super::{
     console::{self, say},
     error::Failure,
     finish::Finished,
+    imperfect::Seen,
     json, memory,
     opinion::{Opinion, draw_weakness},
     page::{self, DesignPage},
@@ -140,6 +141,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
         budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
         finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
+        imperfect: opinion.as_ref().and_then(|opinion| opinion.seen.as_ref()).map(Seen::to_json),
         expected_memory: expected.0,
     })));
     opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {

@@ -34,6 +34,7 @@ mod sweep;
 mod tolerance;
 mod toml_file;
 mod verify;
+mod white;
 mod workpiece;
 
 use clap::{CommandFactory, Parser, Subcommand};

@@ -7,6 +7,7 @@ use super::{
     length::Length,
     presets::PresetName,
     toml_file,
+    white::Wavelength,
 };
 use clap::{Args, ValueEnum};
 use glasswarp::{solid::Origin, target::Transfer};
@@ -82,6 +83,11 @@ pub(crate) struct Settings {
     /// Refractive index of the block [default: 1.5]
     #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
     pub(crate) ior: Option<f64>,
+
+    /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED; needs --material [default: 587.6nm,
+    /// for which catalogues give the index]
+    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", conflicts_with = "ior")]
+    pub(crate) wavelength: Option<Wavelength>,
 
     /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
@@ -406,6 +412,8 @@ impl Settings {
             skirt: self.skirt.or(other.skirt),
             ior,
             material,
+            // An index that is given outright is that of its wavelength.
+            wavelength: self.wavelength.or(other.wavelength.filter(|_| self.ior.is_none())),
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
             nodes: self.nodes.or(other.nodes),

@@ -260,8 +260,13 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("picture = {}", beside(record.picture)))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
     line(format_args!("distance = \"{}mm\"", bench.distance_mm))?;
-    if !bench.mirror {
-        line(format_args!("ior = {:?}", bench.ior))?;
+    match &settings.material {
+        Some(material) => line(format_args!("material = {} # its index is that of [bench]", quoted(material)))?,
+        None if bench.mirror => {}
+        None => line(format_args!("ior = {:?}", bench.ior))?,
+    }
+    if let Some(wavelength) = settings.wavelength {
+        line(format_args!("wavelength = \"{wavelength}\""))?;
     }
     if let Some(thickness) = settings.thickness {
         line(format_args!("thickness = \"{}mm\"", thickness.mm))?;

@@ -17,6 +17,7 @@ use super::{
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
     sweep::{self, Range},
+    white,
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
@@ -131,6 +132,11 @@ pub(crate) struct LookArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
+    /// Look at the block in white light too, of which its material bends every colour otherwise, and write that picture: .png
+    /// (sRGB) or .exr (linear, the primaries of sRGB)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
+    white: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -184,7 +190,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 
 fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if args.sweep.is_none() {
-        args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
+        args.output.iter().chain(&args.white).try_for_each(|output| IrradianceFile::of(output).map(drop))?;
     }
     let side = SideFile::find(block, args.bench.as_deref())?;
     if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
@@ -275,6 +281,11 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if let (Some(seen), Some(side)) = (&seen, &side) {
         seen.print(&side.design);
     }
+    let white = args.white.as_ref().map(|output| {
+        let pixels = examiner.scene_for(&subject);
+        white::look(&subject, &pixels, side.as_ref().map(|side| &side.design), examiner.beams(), output)
+    });
+    let white = white.transpose()?;
     console::result(json::Result::Verify(Box::new(json::Verify {
         file: block.display().to_string(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
@@ -284,6 +295,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         judgement: judgement.to_json(),
         budget: steps.iter().map(json::BudgetStep::from).collect(),
         finished: finished.as_ref().map(Finished::to_json),
+        imperfect: seen.as_ref().map(Seen::to_json),
+        white: white.as_ref().map(json::White::of),
         files: json::texts(&args.output),
     })));
     // White is the brightest target, as on the wall.
