@@ -199,6 +199,9 @@ impl BlockTracer {
         let (origin, direction, transmittance) = match self.optics {
             Optics::Refracts { .. } => {
                 let entered = start.extend(self.block.entry_z);
+                if !self.even && !lit::within(start, self.block.entry_face_mm()) {
+                    return Path::ended(End::Beside, 1.0);
+                }
                 let Some((inside, transmittance)) = self.illumination.enter(self.rays, entered) else {
                     return Path::ended(End::Beside, 1.0);
                 };
