@@ -2,9 +2,11 @@
 
 use super::{
     error::Failure,
+    json,
     lamp::{self, Lamp, LightName},
     settings::{Settings, Shift},
     side_file::BenchRecord,
+    toml_file,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -66,7 +68,10 @@ fn ior_of(settings: &Settings) -> Result<f64, Failure> {
     match (&settings.material, settings.ior) {
         (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
             Failure::Usage(format!(
-                "there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index"
+                "there is no material '{name}'{}; `glasswarp materials` lists those known, --ior takes any index",
+                toml_file::nearest(name, materials::MATERIALS.iter().map(|material| material.name))
+                    .map(|near| format!(", did you mean '{near}'?"))
+                    .unwrap_or_default()
             ))
         }),
         (None, ior) => Ok(ior.unwrap_or(1.5)),
@@ -129,6 +134,20 @@ pub(crate) fn exit_face_of(scene: &Scene) -> ExitFace {
     match scene.optics {
         Optics::Refracts { ior } => ExitFace::Refracts { ior },
         Optics::Reflects => ExitFace::Reflects,
+    }
+}
+
+/// A bench for programs.
+pub(crate) fn to_json(exit_face: ExitFace, light: String, scene: &Scene) -> json::Bench {
+    json::Bench {
+        ior: match exit_face {
+            ExitFace::Refracts { ior } => Some(ior),
+            ExitFace::Reflects => None,
+        },
+        light,
+        distance_mm: scene.distance_mm,
+        window_mm: scene.window.size_mm.to_array(),
+        window_centre_mm: scene.window.centre_mm.to_array(),
     }
 }
 

@@ -1,27 +1,28 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    bench::{exit_face_in_words, light_in_words, receiver_in_words, scene_of},
-    budget::{self, Judged, Step},
+    bench::{exit_face_in_words, light_in_words, receiver_in_words},
+    budget,
+    console::{self, say},
     error::Failure,
     finish::Finished,
-    judge::{self, Examiner, Judgement},
+    json, memory,
+    opinion::{Opinion, draw_weakness},
+    page::{self, DesignPage},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
-    side_file::{self, BenchRecord, SideFile},
+    side_file::{self, BenchRecord},
+    toml_file,
 };
 use glasswarp::{
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
-    report::{self, Exposure},
     solid::Origin,
-    target::to_picture_order,
+    solver::Progress,
 };
-use glasswarp_verify::{Image, PhotonPlan};
-use image::GrayImage;
 use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
@@ -56,55 +57,114 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
 
+    /// Take more memory than this machine has free, if it must be
+    #[arg(long)]
+    ignore_memory: bool,
+
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
+
+    /// The report, a page of HTML for the people who will make the block [default: beside the first file, .report.html]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    report: Option<PathBuf>,
+
+    /// Write no report
+    #[arg(long)]
+    no_report: bool,
+}
+
+impl DesignArgs {
+    pub(crate) fn is_verified(&self) -> bool {
+        !self.no_verify
+    }
+
+    pub(crate) fn ignores_memory(&self) -> bool {
+        self.ignore_memory
+    }
 }
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let (plan, outputs) = plan(args)?;
+    let expected = memory::check(&plan, &outputs, args)?;
+    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
+    progress.begin("writing files", 0);
     let notes = write_files(&plan, &outputs, &block, args.height_map_cutter)?;
     // The way of a tip is no face that light could be traced through.
     let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
-    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block)?) };
-    let pictures = match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
-        None => draw_weakness(&plan, &outputs[0], &block)?,
+    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block, &progress)?) };
+    progress.begin("drawing", 0);
+    let draw = || match &opinion {
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block),
+        None => draw_weakness(&plan, &outputs[0], &block),
     };
+    let write_page = || {
+        let opinion = opinion.as_ref();
+        let page = DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved };
+        report.as_ref().map_or(Ok(()), |path| page.write(path))
+    };
+    let (pictures, written) = rayon::join(draw, write_page);
+    progress.finish();
+    let pictures = pictures?;
+    written?;
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
-        println!("  pictures       {}", list(&pictures));
+        say!("  pictures       {}", list(&pictures));
+    }
+    if let Some(path) = &report {
+        say!("  report         {}", path.display());
     }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
         budget::print(&opinion.steps, plan.bench.distance_mm());
         opinion.finished.iter().for_each(Finished::print);
+        opinion.seen.iter().for_each(|seen| seen.print(&plan.settings));
     }
     for warning in &block.summary.warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
-    opinion.map_or(Ok(()), |opinion| match &opinion.finished {
-        Some(finished) => finished.demand(args.max_error),
-        None => opinion.judgement.demand(args.max_error),
+    console::result(json::Result::Design(Box::new(json::Design {
+        files: json::texts(&outputs),
+        pictures: json::texts(&[pictures, report.into_iter().collect()].concat()),
+        block: json::Block::of(&plan, &block),
+        bench: json::Bench::of(&plan.bench),
+        solver: solver_to_json(&plan, &block, solved),
+        notes,
+        judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
+        budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
+        finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
+        expected_memory: expected.0,
+    })));
+    opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
+        (Some(seen), _) => seen.demand(args.max_error),
+        (None, Some(finished)) => finished.demand(args.max_error),
+        (None, None) => opinion.judgement.demand(args.max_error),
     })
 }
 
+fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
+    json::Solver {
+        name: name_of(plan.solver),
+        iterations: block.summary.iterations(),
+        seconds: solved.as_secs_f64(),
+        levels_at_limit: levels_at_limit(block),
+        notes: block.summary.notes.clone(),
+    }
+}
+
+fn levels_at_limit(block: &Block) -> usize {
+    block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
+}
+
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
-    let is_design = args.picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let mut settings = args.settings.clone();
-    let picture = if is_design {
-        settings = settings.or(Settings::read(&args.picture)?);
-        settings.named_picture(&args.picture)?
-    } else {
-        args.picture.clone()
-    };
+    let (settings, picture) = Settings::of(&args.picture, &args.settings)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
@@ -118,7 +178,7 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
-    let plan = Plan::new(picture, settings)?;
+    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -216,101 +276,18 @@ fn height_map_note(output: &Path, map: &HeightMap) -> String {
     )
 }
 
-/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
-/// Pixels across at which a design is judged, at most.
-const PIXELS: usize = 1024;
-
-/// What the verifier says of the files of a design.
-struct Opinion {
-    judgement: Judgement,
-    steps: Vec<Step>,
-    wanted: Image,
-    /// The light after the finish that it was designed for.
-    finished: Option<Finished>,
-}
-
-impl Opinion {
-    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
-    /// most.
-    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
-        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
-        let judged = stl.unwrap_or(&outputs[0]);
-        // The bench as the side file gives it, which is what a stranger would have.
-        let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
-        let judge = || {
-            let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
-        };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
-        let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
-        let finish = plan.settings.finish;
-        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        Ok(Self { judgement, steps, wanted, finished })
-    }
-
-    /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
-    /// budget, the isocontours of the exit face, and the block with its dimensions.
-    fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-        let exposure = Exposure::of(&plan.target, plan.transfer.into());
-        let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
-        let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
-        let note = format!("(relative RMS {error:.4})");
-        let finished = self.finished.as_ref().map(|finished| {
-            let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
-            (judge::field_of(&finished.view.image), note)
-        });
-        type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
-        let mut pictures: Vec<(&str, Draw)> = vec![
-            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
-            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
-            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
-            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
-            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
-        ];
-        if let Some((image, note)) = &finished {
-            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
-        }
-        pictures
-            .par_iter()
-            .map(|(kind, draw)| {
-                let path = output.with_extension(format!("{kind}.png"));
-                report::write_png(&path, &draw()).map_err(Failure::writing)?;
-                Ok(path)
-            })
-            .collect()
-    }
-}
-
-/// Draws the solver's own view of where the light will be wrong, if it has one.
-fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-    let Some(light) = &block.light else { return Ok(Vec::new()) };
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let wanted = plan.target.resampled(light.nx(), light.ny());
-    let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
-    let path = output.with_extension("weakness.png");
-    report::write_png(&path, &picture).map_err(Failure::writing)?;
-    Ok(vec![path])
-}
-
 /// Prints what was made.
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
-    println!("{}", list(outputs));
-    println!(
+    say!("{}", list(outputs));
+    say!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
         solid.surface().extent().width_mm,
         solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
         exit_face_in_words(bench.exit_face())
     );
-    println!(
+    say!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
         block.surface.relief_mm(),
         solid.thinnest_mm(),
@@ -319,7 +296,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     );
     if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
         let stock = solid.stock_extent();
-        println!(
+        say!(
             "  rim            {} mm wide, its plane {:.2} mm above the entry face; {:.2} x {:.2} mm in all",
             rim.width_mm,
             z - solid.entry_z_mm(),
@@ -329,7 +306,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     }
     let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
     if skirt > 0.0 {
-        println!(
+        say!(
             "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
              cover it for a picture without a glow around it",
             bench.block().width_mm,
@@ -337,27 +314,28 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         );
     }
     if solid.shape().origin != Origin::Exit {
-        println!("  origin         {}", solid.shape().origin.place());
+        say!("  origin         {}", solid.shape().origin.place());
     }
-    println!("  light          {}", light_in_words(bench));
-    println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
-    let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
+    say!("  light          {}", light_in_words(bench));
+    say!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    plan.intent.print();
+    let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
     } else {
         String::new()
     };
-    println!(
+    say!(
         "  solver         {}, {} iterations, {:.2} s{limit}",
         name_of(plan.solver),
         block.summary.iterations(),
         solved.as_secs_f64()
     );
     for note in &block.summary.notes {
-        println!("                 {note}");
+        say!("                 {note}");
     }
     for note in notes {
-        println!("  {note}");
+        say!("  {note}");
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::{
     bench::exit_face_in_words,
+    console::{self, say},
     cutters::{self, Wish},
     error::Failure,
-    judge,
+    json, judge,
     length::Length,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
@@ -81,6 +82,18 @@ struct Step {
     view: View,
 }
 
+impl Step {
+    fn to_json(&self) -> json::MillStep {
+        let heights = self.surface.heights_mm();
+        json::MillStep {
+            name: self.name.clone(),
+            rel_rms: json::finite(self.view.metrics.rel_rms),
+            ssim: json::finite(self.view.metrics.ssim),
+            nodes: [heights.nx(), heights.ny()],
+        }
+    }
+}
+
 pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     for output in &args.output {
         if !is_picture(output) {
@@ -116,6 +129,17 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             write_block(args, &piece, &pass, polish, &steps[steps.len() - 1], output)?;
         }
     }
+    let cost = pass.cost(piece.surface.extent());
+    console::result(json::Result::Mill(json::Mill {
+        file: args.block.display().to_string(),
+        cutter: pass.cutter.to_string(),
+        step_over_mm: pass.step_over_mm,
+        rows: cost.rows,
+        length_mm: cost.length_mm,
+        minutes: cost.minutes(args.feed.mm),
+        steps: steps.iter().map(Step::to_json).collect(),
+        files: json::texts(&args.output),
+    }));
     let error = steps[steps.len() - 1].view.metrics.rel_rms;
     Failure::unless_within(args.max_error, error, "the", " in the end")
 }
@@ -175,7 +199,7 @@ pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polis
 
 fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
     let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
-    println!(
+    say!(
         "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         extent.width_mm,
@@ -184,7 +208,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         bench.distance_mm
     );
     let cost = pass.cost(extent);
-    println!(
+    say!(
         "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
         cost.rows,
         pass.direction,
@@ -193,7 +217,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         args.feed
     );
     if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
-        println!(
+        say!(
             "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
             1e3 * scallop.height_mm,
             scallop.slope,
@@ -201,10 +225,10 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         );
     }
     let (nx, ny) = piece.examiner.pixels();
-    println!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
+    say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
     for Step { name, surface, view } in steps {
         let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
-        println!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
+        say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }
 }
 

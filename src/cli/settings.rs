@@ -2,8 +2,11 @@ use super::{
     angle::Inclination,
     error::Failure,
     finish::FinishPlan,
+    imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     lamp::{Emission, LightName},
     length::Length,
+    presets::PresetName,
+    toml_file,
 };
 use clap::{Args, ValueEnum};
 use glasswarp::{solid::Origin, target::Transfer};
@@ -21,6 +24,11 @@ pub(crate) struct Settings {
     /// The picture, in a design file only (relative to that file).
     #[arg(skip)]
     pub(crate) picture: Option<PathBuf>,
+
+    /// A common set-up to start from: its settings hold where neither a flag nor the design file says otherwise ('glasswarp presets'
+    /// lists them)
+    #[arg(long, value_name = "NAME", help_heading = "Bench")]
+    pub(crate) preset: Option<PresetName>,
 
     /// Width of the block; its height follows the picture's aspect [default: 100mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Bench")]
@@ -87,6 +95,32 @@ pub(crate) struct Settings {
     /// Least thickness that the block may have anywhere [default: 3mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     pub(crate) min_thickness: Option<Length>,
+
+    /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a disc) or 5x3mm for a point source
+    #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
+    pub(crate) source_size: Option<SourceName>,
+
+    /// Roughness of the exit face, made up for: the standard deviation of its slope along any direction, as an angle: 0.1deg
+    #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true)]
+    pub(crate) roughness: Option<Roughness>,
+
+    /// What else spreads the light, made up for: a linear picture of the speck that a laser through the block makes on the receiver,
+    /// seen as the picture is, and the size of its pixels there: speck.png,0.05mm
+    #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light")]
+    pub(crate) psf: Option<SpeckFile>,
+
+    /// How spread light is made up for [default: window]
+    #[arg(long, value_name = "HOW", help_heading = "Imperfect light")]
+    pub(crate) deconvolution: Option<DeconvolutionName>,
+
+    /// Rounds of the deconvolution, at most: fewer leave more blur and less ringing [default: 60]
+    #[arg(long, value_name = "N", help_heading = "Imperfect light")]
+    pub(crate) deconvolution_rounds: Option<usize>,
+
+    /// Draw the picture where this mesh of m x n quads lies on the receiver, folds and all: an .obj in mm, whose first face begins
+    /// with the vertex for the block's corner of least x and y, and goes on along +x (warping solvers)
+    #[arg(long, value_name = "FILE", help_heading = "Bench")]
+    pub(crate) caustic_mesh: Option<PathBuf>,
 
     /// Let the exit face go on beyond the picture's light by this much, so that light from the side enters through the entry face
     /// [default: as much as the light needs]
@@ -269,19 +303,39 @@ pub(crate) fn name_of(choice: impl ValueEnum) -> String {
 
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
-struct DesignFile {
-    design: Settings,
+pub(crate) struct DesignFile {
+    pub(crate) design: Settings,
 }
 
 impl Settings {
+    /// What flags and a design file together ask for, and the picture; `named` is either.
+    pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
+        if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            return Ok((flags.clone().with_preset()?, named.to_path_buf()));
+        }
+        let settings = flags.clone().or(Self::as_written(named)?).with_preset()?;
+        let picture = settings.named_picture(named)?;
+        Ok((settings, picture))
+    }
+
     /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let file: DesignFile = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no design file:\n{error}", path.display())))?;
-        let mut settings = file.design;
+        Self::as_written(path)?.with_preset()
+    }
+
+    /// The same with its preset yet to be looked up.
+    fn as_written(path: &Path) -> Result<Self, Failure> {
+        let mut settings = toml_file::read::<DesignFile>(path, "design file")?.design;
         settings.resolve_paths(path);
         Ok(settings)
+    }
+
+    /// With the settings of the preset where these are silent.
+    pub(crate) fn with_preset(self) -> Result<Self, Failure> {
+        match self.preset {
+            Some(preset) => Ok(Self { preset: None, ..self.or(preset.settings()?) }),
+            None => Ok(self),
+        }
     }
 
     /// The picture that a design file names.
@@ -297,7 +351,9 @@ impl Settings {
             Some(Emission::Ies(path)) => Some(path),
             _ => None,
         };
-        for path in [self.picture.as_mut(), self.beam.as_mut(), lamp].into_iter().flatten() {
+        let speck = self.psf.as_mut().map(|speck| &mut speck.path);
+        let files = [self.picture.as_mut(), self.beam.as_mut(), lamp, speck, self.caustic_mesh.as_mut()];
+        for path in files.into_iter().flatten() {
             *path = file.parent().unwrap_or(Path::new("")).join(&path);
         }
     }
@@ -329,6 +385,7 @@ impl Settings {
         };
         Self {
             picture: self.picture.or(other.picture),
+            preset: self.preset.or(other.preset),
             size: self.size.or(other.size),
             distance: self.distance.or(other.distance),
             window: self.window.or(other.window),
@@ -340,6 +397,12 @@ impl Settings {
             source_distance: self.source_distance.or(source_distance),
             emission,
             beam,
+            source_size: self.source_size.or(other.source_size),
+            roughness: self.roughness.or(other.roughness),
+            psf: self.psf.or(other.psf),
+            deconvolution: self.deconvolution.or(other.deconvolution),
+            deconvolution_rounds: self.deconvolution_rounds.or(other.deconvolution_rounds),
+            caustic_mesh: self.caustic_mesh.or(other.caustic_mesh),
             skirt: self.skirt.or(other.skirt),
             ior,
             material,
@@ -377,8 +440,11 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_key_is_named_with_its_place() {
-        let error = toml::from_str::<DesignFile>("[design]\ndistanse = 250").err().unwrap().to_string();
-        assert!(error.contains("line 2") && error.contains("distanse"), "{error}");
+    fn a_file_goes_before_its_preset() {
+        let file = "[design]\npreset = \"desk-demo\"\nsize = \"70mm\"\nior = 1.6";
+        let settings = toml::from_str::<DesignFile>(file).unwrap().design.with_preset().unwrap();
+        assert_eq!(settings.size, Some(Length { mm: 70.0 }));
+        assert_eq!(settings.distance, Some(Length { mm: 200.0 }));
+        assert_eq!((settings.ior, settings.material), (Some(1.6), None));
     }
 }

@@ -4,6 +4,7 @@ use super::{
     error::Failure,
     lamp::Emission,
     settings::{Settings, Shift, SolverName, TransferName, name_of},
+    toml_file,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -161,9 +162,7 @@ impl SideFile {
     }
 
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let mut side: Self = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no side file of a block:\n{error}", path.display())))?;
+        let mut side: Self = toml_file::read(path, "side file of a block")?;
         side.design.resolve_paths(path);
         Ok(side)
     }
@@ -295,6 +294,25 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     if let Some(file) = &settings.beam {
         line(format_args!("beam = {}", beside(file)))?;
+    }
+    if let Some(source) = settings.source_size {
+        line(format_args!("source-size = \"{source}\""))?;
+    }
+    if let Some(roughness) = settings.roughness {
+        line(format_args!("roughness = \"{}\" # standard deviation of the slope along any direction", roughness.0))?;
+    }
+    if let Some(speck) = &settings.psf {
+        let text = format!("{},{}mm", relative_to(&speck.path, path).to_string_lossy(), speck.pixel.mm);
+        line(format_args!("psf = {} # and the size of its pixels on the receiver", quoted(&text)))?;
+    }
+    if let Some(how) = settings.deconvolution {
+        line(format_args!("deconvolution = {}", quoted(&name_of(how))))?;
+    }
+    if let Some(rounds) = settings.deconvolution_rounds {
+        line(format_args!("deconvolution-rounds = {rounds}"))?;
+    }
+    if let Some(mesh) = &settings.caustic_mesh {
+        line(format_args!("caustic-mesh = {}", beside(mesh)))?;
     }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;

@@ -1,13 +1,18 @@
 //! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
 
 use super::{
-    bench::{exit_face_in_words, exit_face_of, scene_of},
-    budget, diagnosis,
+    bench::{self, exit_face_in_words, exit_face_of, scene_of},
+    budget,
+    console::{self, say},
+    diagnosis,
     error::Failure,
     finish::Finished,
+    imperfect::{self, Intent, Seen},
+    json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
     plan::open_target,
+    progress::TerminalProgress,
     settings::TransferName,
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
@@ -15,8 +20,11 @@ use super::{
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
-use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::{Fresnel, Image, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
+use glasswarp::{
+    solver::Progress,
+    target::{TargetIrradiance, Transfer},
+};
+use glasswarp_verify::{Fresnel, Image, Light, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -187,7 +195,12 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
-    let (target, offset) = target(args, side.as_ref())?;
+    let (picture, offset) = target(args, side.as_ref())?;
+    let intent = match (picture.clone(), &side) {
+        (Some(picture), Some(side)) => Some(Intent::of_side(picture, side)?),
+        _ => None,
+    };
+    let target = intent.as_ref().map(|intent| intent.target.clone()).or(picture);
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
@@ -206,24 +219,35 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         shards: shard.of,
     };
     for warning in warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
     if let Some(path) = &args.tally {
+        // Photons see the light that there is.
+        let (scene, wanted) = match (&intent, &side) {
+            (Some(intent), Some(side)) => (imperfect::spread(scene, &side.design), Some(&intent.wanted)),
+            _ => (scene, target.as_ref()),
+        };
+        let examiner =
+            Examiner::new(scene, wanted, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
         let tracer = subject.tracer(&examiner.scene_for(&subject))?;
         let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
         return shards::demand(error, args.max_error);
     }
+    let progress = TerminalProgress::new();
+    progress.begin("tracing", 3);
     let judgement = judge::judge(&subject, &examiner, &plan)?;
+    progress.advance(1);
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
-        eprintln!("warning: {suspicion}");
+        console::warn(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
+    progress.finish();
     let size = subject.size_mm();
     let what = match &subject {
         Subject::Block(_) => "block",
         Subject::Solid(_) => "solid, traced as its flat triangles",
     };
-    println!(
+    say!(
         "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
         block.display(),
         size.x,
@@ -244,13 +268,44 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         .map(|finish| Finished::of(finish, &subject, &examiner))
         .transpose()?;
     finished.iter().for_each(Finished::print);
+    let seen = match (&side, &intent) {
+        (Some(side), Some(intent)) => Seen::of(&subject, &scene, intent, &side.design, &plan)?,
+        _ => None,
+    };
+    if let (Some(seen), Some(side)) = (&seen, &side) {
+        seen.print(&side.design);
+    }
+    console::result(json::Result::Verify(Box::new(json::Verify {
+        file: block.display().to_string(),
+        kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
+        size_mm: size.to_array(),
+        bench: bench::to_json(exit_face_of(&scene), light_of_scene(&scene), &scene),
+        offset,
+        judgement: judgement.to_json(),
+        budget: steps.iter().map(json::BudgetStep::from).collect(),
+        finished: finished.as_ref().map(Finished::to_json),
+        files: json::texts(&args.output),
+    })));
     // White is the brightest target, as on the wall.
-    let brightest = examiner.wanted().unwrap_or(&judgement.caustic);
+    let brightest = seen.as_ref().map(|seen| &seen.wanted).or(examiner.wanted()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
-        IrradianceFile::of(output)?.write(output, &judgement.caustic, peak)?;
+        let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
+        IrradianceFile::of(output)?.write(output, image, peak)?;
     }
-    finished.map_or_else(|| judgement.demand(args.max_error), |finished| finished.demand(args.max_error))
+    match (seen, finished) {
+        (Some(seen), _) => seen.demand(args.max_error),
+        (None, Some(finished)) => finished.demand(args.max_error),
+        (None, None) => judgement.demand(args.max_error),
+    }
+}
+
+/// The light of a scene in words.
+fn light_of_scene(scene: &Scene) -> String {
+    match scene.light {
+        Light::Parallel { direction } => format!("parallel along {direction:.6}"),
+        Light::Point { position_mm, .. } => format!("a point at {position_mm:.3} mm"),
+    }
 }
 
 fn no_side_file(block: &Path) -> Failure {

@@ -206,6 +206,7 @@ impl fmt::Display for Format {
 pub fn export(path: &Path, solid: &Solid, design: &Design) -> Result<(), ExportError> {
     let format = Format::from_path(path)?;
     format.check(solid)?;
+    let _span = tracing::info_span!("write", file = %path.display()).entered();
     write_atomically(path, |writer| format.write(writer, solid, design))?;
     Ok(())
 }

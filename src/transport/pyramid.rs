@@ -111,6 +111,9 @@ pub(super) fn solve(
         })?;
         height_mm = newton.height_mm;
         summary.levels.push(record(STAGE.into(), grid, outcome, began));
+        if let Some(level) = summary.levels.last() {
+            tracing::debug!(?level, "level done");
+        }
         progress.advance(done + 1);
         if done + 1 == sizes.len() {
             return Ok(Solved { cells, per_cell, grid, light, state: current, newton });

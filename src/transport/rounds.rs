@@ -138,6 +138,9 @@ pub(super) fn close(
         };
         unconverged = outcome.termination != Termination::Converged;
         summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, began));
+        if let Some(level) = summary.levels.last() {
+            tracing::debug!(?level, "level done");
+        }
         progress.advance(round + 1);
     }
     let Some(best) = best else {

@@ -1,7 +1,10 @@
 //! Tracing a block: entry plane, exit face over a regular grid, receiver.
 
 mod lit;
+mod rows;
 mod search;
+
+pub(super) use rows::Lattice;
 
 use super::{
     End, Path,

@@ -3,7 +3,7 @@
 use super::BlockTracer;
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    block::Diagonal,
+    block::{Diagonal, Half, corners, halves},
     scene::Traversal,
 };
 use glam::{DVec2, DVec3};
@@ -33,24 +33,6 @@ pub(super) struct Hit {
     cell: u32,
     /// Which corners of the cell the triangle has.
     half: Half,
-}
-
-/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
-type Half = [usize; 3];
-
-/// The nodes (column, row) of the corners of a cell, going round.
-#[inline]
-fn corners(i: usize, j: usize) -> [(usize, usize); 4] {
-    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
-}
-
-/// The two triangles of a cell.
-#[inline]
-fn halves(diagonal: Diagonal) -> [Half; 2] {
-    match diagonal {
-        Diagonal::Rising => [[0, 1, 2], [0, 2, 3]],
-        Diagonal::Falling => [[0, 1, 3], [1, 2, 3]],
-    }
 }
 
 impl BlockTracer {
