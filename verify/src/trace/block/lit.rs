@@ -80,6 +80,12 @@ const SAME_MM: f64 = 1e-6;
 /// How far beyond a wall light counts as inside, mm.
 const WALL_MM: f64 = 1e-9;
 
+/// Whether a point is in a rectangle, or on its border but for rounding.
+#[inline]
+pub(super) fn within(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
+    (at + WALL_MM).cmpge(lower).all() && (at - WALL_MM).cmple(upper).all()
+}
+
 impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
@@ -193,9 +199,7 @@ impl BlockTracer {
         if self.optics == Optics::Reflects {
             return self.meets_the_rim(point, -direction);
         }
-        let within = |at: DVec3, (lower, upper): (DVec2, DVec2)| {
-            (at.truncate() + WALL_MM).cmpge(lower).all() && (at.truncate() - WALL_MM).cmple(upper).all()
-        };
+        let entered = entered.truncate();
         if within(entered, (block.lower, block.upper)) {
             return false;
         }
