@@ -10,6 +10,7 @@ mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod found_page;
 mod judge;
 mod lamp;
 mod length;

@@ -5,17 +5,23 @@ use super::{
     budget, diagnosis,
     error::Failure,
     finish::Finished,
+    found_page::FoundPage,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
+    page,
     plan::open_target,
     settings::TransferName,
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
     sweep::{self, Range},
+    workpiece::surface_of,
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
-use glasswarp::target::{TargetIrradiance, Transfer};
+use glasswarp::{
+    report::Exposure,
+    target::{TargetIrradiance, Transfer},
+};
 use glasswarp_verify::{Fresnel, Image, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
@@ -123,6 +129,10 @@ pub(crate) struct LookArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
+    /// Write a report on the block, a page of HTML
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
+    report: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -186,13 +196,20 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         let place = args.as_built.then_some(block);
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
-    let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
+    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
+    let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (target, offset) = target(args, side.as_ref())?;
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
     let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
     let subject = Subject::open(block, origin)?;
+    if report.is_some() && matches!(subject, Subject::Solid(_)) {
+        return Err(Failure::Usage(format!(
+            "{} is no block, and a report (--report) is about blocks",
+            block.display()
+        )));
+    }
     let scene = scene(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
@@ -205,7 +222,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         shard: shard.index,
         shards: shard.of,
     };
-    for warning in warnings {
+    for warning in &warnings {
         eprintln!("warning: {warning}");
     }
     if let Some(path) = &args.tally {
@@ -216,6 +233,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
         eprintln!("warning: {suspicion}");
+        warnings.push(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
     let size = subject.size_mm();
@@ -249,6 +267,37 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
         IrradianceFile::of(output)?.write(output, &judgement.caustic, peak)?;
+    }
+    if let (Some(path), Subject::Block(found)) = (&report, &subject) {
+        warnings.extend(page::judgement_warnings(&judgement));
+        let transfer = args.transfer.or(side.as_ref().and_then(|side| side.design.transfer)).map(Transfer::from);
+        let exposure = Exposure { white: peak / brightest.mean(), transfer: transfer.unwrap_or(Transfer::Srgb) };
+        let light = judge::field_of(&judgement.caustic);
+        let wanted = examiner.wanted().map(judge::field_of);
+        let verdict = judgement.verdict.as_ref();
+        let note = verdict.map(|verdict| format!("{}.", page::in_words(&verdict.metrics))).unwrap_or_default();
+        let caustic = page::light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
+        FoundPage {
+            block,
+            side: side.as_ref(),
+            scene: &scene,
+            surface: &surface_of(found),
+            entry_z_mm: found.entry_z_mm() - found.mean_exit_z_mm(),
+            about: format!(
+                "A block of glass as it was found in {}, and the light that comes through it.",
+                block.display()
+            ),
+            warnings,
+            exposure,
+            others: wanted.as_ref().map(|wanted| page::step_views(&steps, wanted, exposure)).unwrap_or_default(),
+            wanted: wanted.zip(verdict.map(|verdict| verdict.metrics)),
+            light,
+            caustic,
+            budget: page::costs(&steps),
+            facts: vec![page::judgement_facts(&judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
+        }
+        .write(path)?;
+        println!("\nreport: {}", path.display());
     }
     finished.map_or_else(|| judgement.demand(args.max_error), |finished| finished.demand(args.max_error))
 }
