@@ -14,6 +14,7 @@ mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod found_page;
 mod imperfect;
 mod json;
 mod judge;

@@ -7,10 +7,12 @@ use super::{
     diagnosis,
     error::Failure,
     finish::Finished,
+    found_page::FoundPage,
     imperfect::{self, Intent, Seen},
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
+    page,
     plan::open_target,
     progress::TerminalProgress,
     settings::TransferName,
@@ -18,10 +20,12 @@ use super::{
     side_file::{self, SideFile},
     sweep::{self, Range},
     white,
+    workpiece::surface_of,
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
 use glasswarp::{
+    report::Exposure,
     solver::Progress,
     target::{TargetIrradiance, Transfer},
 };
@@ -137,6 +141,10 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
     white: Option<PathBuf>,
 
+    /// Write a report on the block, a page of HTML
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
+    report: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -200,7 +208,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         let place = args.as_built.then_some(block);
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
-    let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
+    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
+    let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (picture, offset) = target(args, side.as_ref())?;
     let intent = match (picture.clone(), &side) {
         (Some(picture), Some(side)) => Some(Intent::of_side(picture, side)?),
@@ -212,6 +221,12 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
     let subject = Subject::open(block, origin)?;
+    if report.is_some() && matches!(subject, Subject::Solid(_)) {
+        return Err(Failure::Usage(format!(
+            "{} is no block, and a report (--report) is about blocks",
+            block.display()
+        )));
+    }
     let scene = scene(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
@@ -224,7 +239,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         shard: shard.index,
         shards: shard.of,
     };
-    for warning in warnings {
+    for warning in &warnings {
         console::warn(warning);
     }
     if let Some(path) = &args.tally {
@@ -244,7 +259,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     progress.advance(1);
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
-        console::warn(suspicion);
+        console::warn(&suspicion);
+        warnings.push(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
     progress.finish();
@@ -305,6 +321,37 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     for output in &args.output {
         let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
         IrradianceFile::of(output)?.write(output, image, peak)?;
+    }
+    if let (Some(path), Subject::Block(found)) = (&report, &subject) {
+        warnings.extend(page::judgement_warnings(&judgement));
+        let transfer = args.transfer.or(side.as_ref().and_then(|side| side.design.transfer)).map(Transfer::from);
+        let exposure = Exposure { white: peak / brightest.mean(), transfer: transfer.unwrap_or(Transfer::Srgb) };
+        let light = judge::field_of(&judgement.caustic);
+        let wanted = examiner.wanted().map(judge::field_of);
+        let verdict = judgement.verdict.as_ref();
+        let note = verdict.map(|verdict| format!("{}.", page::in_words(&verdict.metrics))).unwrap_or_default();
+        let caustic = page::light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
+        FoundPage {
+            block,
+            side: side.as_ref(),
+            scene: &scene,
+            surface: &surface_of(found),
+            entry_z_mm: found.entry_z_mm() - found.mean_exit_z_mm(),
+            about: format!(
+                "A block of glass as it was found in {}, and the light that comes through it.",
+                block.display()
+            ),
+            warnings,
+            exposure,
+            others: wanted.as_ref().map(|wanted| page::step_views(&steps, wanted, exposure)).unwrap_or_default(),
+            wanted: wanted.zip(verdict.map(|verdict| verdict.metrics)),
+            light,
+            caustic,
+            budget: page::costs(&steps),
+            facts: vec![page::judgement_facts(&judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
+        }
+        .write(path)?;
+        say!("  report         {}", path.display());
     }
     match (seen, finished) {
         (Some(seen), _) => seen.demand(args.max_error),
