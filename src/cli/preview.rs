@@ -105,7 +105,7 @@ impl Preview<'_> {
         }
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let shape = Shape::of(&block.surface);
+        let shape = Shape::of(solid.surface());
         let (_, high) = block.surface.heights_mm().min_max();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![
@@ -134,7 +134,7 @@ impl Preview<'_> {
                 ),
             ],
             model: Model {
-                surface: &block.surface,
+                surface: solid.surface(),
                 entry_z_mm: solid.entry_z_mm(),
                 outline: solid.shape().outline(solid.extent()),
                 rim_z_mm: solid.rim_z_mm(),

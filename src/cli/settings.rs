@@ -2,6 +2,7 @@ use super::{
     angle::Inclination,
     error::Failure,
     finish::FinishPlan,
+    imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     lamp::{Emission, LightName},
     length::Length,
     presets::PresetName,
@@ -94,6 +95,32 @@ pub(crate) struct Settings {
     /// Least thickness that the block may have anywhere [default: 3mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     pub(crate) min_thickness: Option<Length>,
+
+    /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a disc) or 5x3mm for a point source
+    #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
+    pub(crate) source_size: Option<SourceName>,
+
+    /// Roughness of the exit face, made up for: the standard deviation of its slope along any direction, as an angle: 0.1deg
+    #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true)]
+    pub(crate) roughness: Option<Roughness>,
+
+    /// What else spreads the light, made up for: a linear picture of the speck that a laser through the block makes on the receiver,
+    /// seen as the picture is, and the size of its pixels there: speck.png,0.05mm
+    #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light")]
+    pub(crate) psf: Option<SpeckFile>,
+
+    /// How spread light is made up for [default: window]
+    #[arg(long, value_name = "HOW", help_heading = "Imperfect light")]
+    pub(crate) deconvolution: Option<DeconvolutionName>,
+
+    /// Rounds of the deconvolution, at most: fewer leave more blur and less ringing [default: 60]
+    #[arg(long, value_name = "N", help_heading = "Imperfect light")]
+    pub(crate) deconvolution_rounds: Option<usize>,
+
+    /// Draw the picture where this mesh of m x n quads lies on the receiver, folds and all: an .obj in mm, whose first face begins
+    /// with the vertex for the block's corner of least x and y, and goes on along +x (warping solvers)
+    #[arg(long, value_name = "FILE", help_heading = "Bench")]
+    pub(crate) caustic_mesh: Option<PathBuf>,
 
     /// Let the exit face go on beyond the picture's light by this much, so that light from the side enters through the entry face
     /// [default: as much as the light needs]
@@ -324,7 +351,9 @@ impl Settings {
             Some(Emission::Ies(path)) => Some(path),
             _ => None,
         };
-        for path in [self.picture.as_mut(), self.beam.as_mut(), lamp].into_iter().flatten() {
+        let speck = self.psf.as_mut().map(|speck| &mut speck.path);
+        let files = [self.picture.as_mut(), self.beam.as_mut(), lamp, speck, self.caustic_mesh.as_mut()];
+        for path in files.into_iter().flatten() {
             *path = file.parent().unwrap_or(Path::new("")).join(&path);
         }
     }
@@ -368,6 +397,12 @@ impl Settings {
             source_distance: self.source_distance.or(source_distance),
             emission,
             beam,
+            source_size: self.source_size.or(other.source_size),
+            roughness: self.roughness.or(other.roughness),
+            psf: self.psf.or(other.psf),
+            deconvolution: self.deconvolution.or(other.deconvolution),
+            deconvolution_rounds: self.deconvolution_rounds.or(other.deconvolution_rounds),
+            caustic_mesh: self.caustic_mesh.or(other.caustic_mesh),
             skirt: self.skirt.or(other.skirt),
             ior,
             material,

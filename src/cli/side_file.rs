@@ -295,6 +295,25 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(file) = &settings.beam {
         line(format_args!("beam = {}", beside(file)))?;
     }
+    if let Some(source) = settings.source_size {
+        line(format_args!("source-size = \"{source}\""))?;
+    }
+    if let Some(roughness) = settings.roughness {
+        line(format_args!("roughness = \"{}\" # standard deviation of the slope along any direction", roughness.0))?;
+    }
+    if let Some(speck) = &settings.psf {
+        let text = format!("{},{}mm", relative_to(&speck.path, path).to_string_lossy(), speck.pixel.mm);
+        line(format_args!("psf = {} # and the size of its pixels on the receiver", quoted(&text)))?;
+    }
+    if let Some(how) = settings.deconvolution {
+        line(format_args!("deconvolution = {}", quoted(&name_of(how))))?;
+    }
+    if let Some(rounds) = settings.deconvolution_rounds {
+        line(format_args!("deconvolution-rounds = {rounds}"))?;
+    }
+    if let Some(mesh) = &settings.caustic_mesh {
+        line(format_args!("caustic-mesh = {}", beside(mesh)))?;
+    }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;
     }

@@ -7,6 +7,7 @@ use super::{
     diagnosis,
     error::Failure,
     finish::Finished,
+    imperfect::{self, Intent, Seen},
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
@@ -194,7 +195,12 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
-    let (target, offset) = target(args, side.as_ref())?;
+    let (picture, offset) = target(args, side.as_ref())?;
+    let intent = match (picture.clone(), &side) {
+        (Some(picture), Some(side)) => Some(Intent::of_side(picture, side)?),
+        _ => None,
+    };
+    let target = intent.as_ref().map(|intent| intent.target.clone()).or(picture);
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
@@ -216,6 +222,13 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         console::warn(warning);
     }
     if let Some(path) = &args.tally {
+        // Photons see the light that there is.
+        let (scene, wanted) = match (&intent, &side) {
+            (Some(intent), Some(side)) => (imperfect::spread(scene, &side.design), Some(&intent.wanted)),
+            _ => (scene, target.as_ref()),
+        };
+        let examiner =
+            Examiner::new(scene, wanted, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
         let tracer = subject.tracer(&examiner.scene_for(&subject))?;
         let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
         return shards::demand(error, args.max_error);
@@ -255,6 +268,13 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         .map(|finish| Finished::of(finish, &subject, &examiner))
         .transpose()?;
     finished.iter().for_each(Finished::print);
+    let seen = match (&side, &intent) {
+        (Some(side), Some(intent)) => Seen::of(&subject, &scene, intent, &side.design, &plan)?,
+        _ => None,
+    };
+    if let (Some(seen), Some(side)) = (&seen, &side) {
+        seen.print(&side.design);
+    }
     console::result(json::Result::Verify(Box::new(json::Verify {
         file: block.display().to_string(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
@@ -267,12 +287,17 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         files: json::texts(&args.output),
     })));
     // White is the brightest target, as on the wall.
-    let brightest = examiner.wanted().unwrap_or(&judgement.caustic);
+    let brightest = seen.as_ref().map(|seen| &seen.wanted).or(examiner.wanted()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
-        IrradianceFile::of(output)?.write(output, &judgement.caustic, peak)?;
+        let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
+        IrradianceFile::of(output)?.write(output, image, peak)?;
     }
-    finished.map_or_else(|| judgement.demand(args.max_error), |finished| finished.demand(args.max_error))
+    match (seen, finished) {
+        (Some(seen), _) => seen.demand(args.max_error),
+        (None, Some(finished)) => finished.demand(args.max_error),
+        (None, None) => judgement.demand(args.max_error),
+    }
 }
 
 /// The light of a scene in words.

@@ -13,6 +13,7 @@ pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Extent, Field};
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Heights of the exit face at nodes that span it edge to edge, mm, with the mean of all nodes at 0, but for those of a
 /// [skirt](Self::with_skirt).
@@ -34,7 +35,7 @@ impl HeightField {
         Self { extent, heights_mm }
     }
 
-    /// The same face, which goes on straight beyond its border by at least this much, mm. Heights stay as they are: their mean is 0
+    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there. Heights stay as they are: their mean is 0
     /// without the skirt.
     pub fn with_skirt(&self, least_mm: f64) -> Self {
         let old = &self.heights_mm;
@@ -45,31 +46,19 @@ impl HeightField {
         if cx + cy == 0 {
             return self.clone();
         }
-        // The value and the slope per node at an end of a line, to second order.
-        let end = |a: f64, b: f64, c: f64| (a, 1.5 * a - 2.0 * b + 0.5 * c);
-        let beyond = |k: usize, before: usize, n: usize| match k.checked_sub(before) {
-            None => (0, (before - k) as f64),
-            Some(inside) if inside >= n => (n - 1, (inside - (n - 1)) as f64),
-            Some(inside) => (inside, 0.0),
-        };
-        let along_x = |i: usize, j: usize| {
-            let (at, out) = beyond(i, cx, nx);
-            let inwards = |steps: usize| old[(if at == 0 { steps } else { at - steps }, j)];
-            if out == 0.0 {
-                return old[(at, j)];
-            }
-            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
-            value + out * slope
-        };
-        let heights = Field::from_fn(nx + 2 * cx, ny + 2 * cy, |i, j| {
-            let (at, out) = beyond(j, cy, ny);
-            if out == 0.0 {
-                return along_x(i, at);
-            }
-            let inwards = |steps: usize| along_x(i, if at == 0 { steps } else { at - steps });
-            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
-            value + out * slope
+        let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
+        along_x.par_chunks_mut(nx + 2 * cx).zip(old.as_slice().par_chunks(nx)).for_each(|(line, heights)| {
+            line[cx..cx + nx].copy_from_slice(heights);
+            go_on(line, cx);
         });
+        let along_x = Field::from_vec(nx + 2 * cx, ny, along_x);
+        let mut heights = Field::filled(nx + 2 * cx, ny + 2 * cy, 0.0);
+        let mut line = vec![0.0; ny + 2 * cy];
+        for i in 0..nx + 2 * cx {
+            (0..ny).for_each(|j| line[cy + j] = along_x[(i, j)]);
+            go_on(&mut line, cy);
+            line.iter().enumerate().for_each(|(j, &z)| heights[(i, j)] = z);
+        }
         let size = self.extent.as_vec() + 2.0 * cells * spacing;
         Self { extent: Extent::new(size.x, size.y), heights_mm: heights }
     }
@@ -103,12 +92,49 @@ impl HeightField {
     }
 }
 
+/// Nodes over which a face loses its curvature beyond its border.
+const FADE: usize = 12;
+/// Nodes from which the curvature at the border is found: what is further away tells less than 1e-9 of it.
+const TELLING: usize = 16;
+
+/// Fills the first and last `count` values of a line, which goes on as the cubic at its border does and soon becomes straight: the
+/// spline through it stays what it was without, where a kink would make it ring.
+fn go_on(line: &mut [f64], count: usize) {
+    for _ in 0..2 {
+        // Second derivatives M per node of the not-a-knot spline: M_1 is the second difference d_1, and (1, 4, 1) M / 6 = d.
+        let known = line.len() - 2 * count;
+        let d = |k: usize| line[count + k - 1] - 2.0 * line[count + k] + line[count + k + 1];
+        let last = TELLING.min(known - 2);
+        let (mut following, mut pivots) = (d(last), [0.0; TELLING + 1]);
+        let mut m = [0.0; TELLING + 1];
+        m[1] = d(1);
+        for k in 2..last {
+            pivots[k] = 1.0 / (4.0 - pivots[k - 1]);
+            m[k] = (6.0 * d(k) - m[k - 1]) * pivots[k];
+        }
+        for k in (2..last).rev() {
+            following = m[k] - pivots[k] * following;
+        }
+        let at_border = 2.0 * m[1] - following;
+        // Beyond, the second difference of a cubic goes on in a straight line.
+        let (mut bend, mut change) = (at_border, at_border - m[1]);
+        for k in 0..count {
+            let share = 1.0 - (k.saturating_sub(2) as f64 / FADE as f64).min(1.0);
+            let at = count - k;
+            line[at - 1] = 2.0 * line[at] - line[at + 1] + bend * share * share * (3.0 - 2.0 * share);
+            bend += change;
+            change *= if k == 0 { 1.0 } else { 0.5 };
+        }
+        line.reverse();
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_skirt_goes_on_straight_and_leaves_the_face_as_it_is() {
+    fn a_skirt_goes_on_and_leaves_the_face_as_it_is() {
         let face = HeightField::new(
             Extent::new(8.0, 6.0),
             Field::from_fn(9, 7, |i, j| 0.1 * i as f64 - 0.2 * j as f64 + 0.05 * (i * j) as f64),
@@ -131,5 +157,22 @@ mod tests {
             }
         }
         assert_eq!(face.with_skirt(0.0), face);
+    }
+
+    #[test]
+    fn the_spline_of_the_face_does_not_notice_its_skirt() {
+        let face = HeightField::new(
+            Extent::new(20.0, 16.0),
+            Field::from_fn(41, 33, |i, j| {
+                (0.15 * i as f64).sin() + 0.02 * (j * j) as f64 * 0.05 + 0.01 * (i * j) as f64
+            }),
+        );
+        let wide = face.with_skirt(6.0);
+        let (narrow, wide) = (SurfaceSpline::through(&face), SurfaceSpline::through(&wide));
+        for k in 0..400 {
+            let at = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) * 0.8 - 7.6);
+            let (a, b) = (narrow.sample(at), wide.sample(at));
+            assert!((a.slope - b.slope).length() < 1e-5, "{at}: {} and {}", a.slope, b.slope);
+        }
     }
 }

@@ -30,16 +30,16 @@ pub enum SourceSize {
         /// Its diameter, radians.
         diameter: f64,
     },
-    /// A disc across the bench's axis: for a point source, which is its middle.
+    /// A disc that faces the middle of the block: for a point source, which is its middle.
     Disc {
         /// Its diameter, mm.
         diameter_mm: f64,
     },
-    /// A rectangle across the bench's axis: for a point source, which is its middle.
+    /// A rectangle that faces the middle of the block: for a point source, which is its middle.
     Rectangle {
-        /// Along x, mm.
+        /// Along the bench's x, as near as can be, mm.
         width_mm: f64,
-        /// Along y, mm.
+        /// Across that, mm.
         height_mm: f64,
     },
 }
@@ -155,8 +155,13 @@ impl<'a> CentralRay<'a> {
         let Light::Point { position_mm, thickness_mm, intensity } = self.bench.light() else {
             return Err(PsfError::Unlit);
         };
+        let middle_z = if self.bench.exit_face() == ExitFace::Reflects { 0.0 } else { -thickness_mm };
+        let axis = (DVec3::Z * middle_z - position_mm).normalize();
+        let across = (DVec3::X - DVec3::X.dot(axis) * axis).normalize_or(DVec3::Y);
+        let also_across = axis.cross(across);
         self.derivative(1e-4 * position_mm.length(), |d| {
-            let moved = self.bench.clone().with_point_source(position_mm + d.extend(0.0), thickness_mm, intensity);
+            let moved = position_mm + d.x * across + d.y * also_across;
+            let moved = self.bench.clone().with_point_source(moved, thickness_mm, intensity);
             self.landing(moved.map_err(|_| PsfError::Unlit)?.light_direction(), self.slopes)
         })
     }

@@ -173,6 +173,14 @@ impl Psf {
         Self { kernel: Field::filled(1, 1, 1.0), pixel_mm }
     }
 
+    /// A measured function on `cells` of a window.
+    ///
+    /// # Errors
+    /// [`PsfError::WiderThanWindow`].
+    pub fn of_picture(picture: PsfPicture, window: Extent, cells: (usize, usize)) -> Result<Self, PsfError> {
+        Self::of_spots(&[Spot::Picture(picture)], window, cells)
+    }
+
     /// All spots, one after the other (each spreads the light of the others), on `cells` of a window.
     ///
     /// Models are centred, and pictures are put with their middle by weight onto the middle.

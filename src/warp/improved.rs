@@ -152,6 +152,11 @@ impl Solver for Warping {
             }
         }
         run.warn(best_mesh.as_ref().unwrap_or(&state.mesh), shortfall.missed);
+        run.summary.notes.extend(
+            shortfall
+                .off_mm
+                .map(|off| format!("light lands {off:.4} mm (root mean square) from its place on the caustic mesh")),
+        );
         run.summary.warnings.extend(shortfall.warning(bench.window().width_mm / target.cells().nx() as f64));
         Ok(Solution { surface, light: None, summary: run.summary })
     }

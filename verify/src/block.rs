@@ -35,6 +35,24 @@ pub(crate) enum Diagonal {
     Falling,
 }
 
+/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
+pub(crate) type Half = [usize; 3];
+
+/// The nodes (column, row) of the corners of a cell, going round.
+#[inline]
+pub(crate) fn corners(i: usize, j: usize) -> [(usize, usize); 4] {
+    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+}
+
+/// The two triangles of a cell.
+#[inline]
+pub(crate) fn halves(diagonal: Diagonal) -> [Half; 2] {
+    match diagonal {
+        Diagonal::Rising => [[0, 1, 2], [0, 2, 3]],
+        Diagonal::Falling => [[0, 1, 3], [1, 2, 3]],
+    }
+}
+
 /// Why a mesh is not such a block.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BlockError {

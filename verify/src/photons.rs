@@ -7,6 +7,7 @@ pub use file::TallyError;
 
 use crate::{
     film::{Film, Flux, Image, Tally, UNIT},
+    spread::{Dice, mix},
     trace::Tracer,
 };
 use glam::DVec2;
@@ -125,14 +126,16 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
         squares: vec![0; pixels],
     };
     for &replicate in &tally.done {
-        let net = Net::new(mix(plan.seed ^ mix(u64::from(replicate))), column_bits, row_bits);
+        let key = mix(plan.seed ^ mix(u64::from(replicate)));
+        let net = Net::new(key, column_bits, row_bits);
         let fates = (0..rows.div_ceil(ROWS))
             .into_par_iter()
             .map(|band| {
                 let mut fates = Tally::default();
                 for row in band * ROWS..rows.min((band + 1) * ROWS) {
                     for column in 0..columns {
-                        shoot(tracer, &film, lower + net.point(column, row) * size, &mut fates);
+                        let dice = Dice { key, photon: u64::from(row) << 32 | u64::from(column) };
+                        shoot(tracer, &film, lower + net.point(column, row) * size, &dice, &mut fates);
                     }
                 }
                 fates
@@ -149,21 +152,14 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
 }
 
 #[inline]
-fn shoot(tracer: &Tracer, film: &Film, at: DVec2, fates: &mut Tally) {
+fn shoot(tracer: &Tracer, film: &Film, at: DVec2, dice: &Dice, fates: &mut Tally) {
     let mut booked = 0;
-    let power = tracer.all_paths(at, |end, part, power| {
+    let power = tracer.all_paths(at, dice, |end, part, power| {
         let units = ((part * power * UNIT as f64) as u64).min((power * UNIT as f64) as u64 - booked);
         booked += units;
         film.record(end, units, fates);
     });
     fates.reflected += u128::from((power * UNIT as f64) as u64 - booked);
-}
-
-/// The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
-fn mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// An estimate against a target, with the noise's own part taken out.
@@ -268,6 +264,14 @@ impl PhotonTally {
             self.sums.iter().zip(&self.squares).map(deviation).collect()
         };
         Image::new(self.pixels.0, self.pixels.1, values)
+    }
+
+    /// The root of the mean square of the [standard errors](Self::standard_error) over the mean of the image: the noise that a
+    /// comparison of this image has to reckon with.
+    pub fn noise(&self) -> f64 {
+        let errors = self.standard_error();
+        let squares = Image::new(errors.nx, errors.ny, errors.values.iter().map(|e| e * e).collect());
+        squares.mean().sqrt() / self.image().mean()
     }
 
     /// The error against a target of the same size (any positive scale), both normalised to the mean 1. The variance of

@@ -5,7 +5,7 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, ReadChannels, ReadLayers,
     Text, WritableImage,
 };
-use image::{ImageBuffer, ImageFormat, Luma};
+use image::{ImageBuffer, ImageFormat, Luma, Rgb};
 use std::{
     io::{BufWriter, Write},
     path::{Path, PathBuf},
@@ -111,6 +111,60 @@ pub fn write_png(path: &Path, image: &Image, white: f64) -> Result<(), PictureEr
     let mut bytes = std::io::Cursor::new(Vec::new());
     buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|error| failed(error.to_string()))?;
     write_whole(path, bytes.get_ref())
+}
+
+/// Writes red, green and blue as OpenEXR: 32-bit floats, linear.
+///
+/// # Errors
+/// See [`PictureError`]; images of different sizes.
+pub fn write_rgb_exr(path: &Path, [red, green, blue]: &[Image; 3]) -> Result<(), PictureError> {
+    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+    let size = one_size([red, green, blue]).ok_or_else(|| failed("the colours are of different sizes".into()))?;
+    let pixel = |at: exr::prelude::Vec2<usize>| {
+        let value = |image: &Image| image.values[at.y() * image.nx + at.x()] as f32;
+        (value(red), value(green), value(blue))
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    exr::prelude::Image::from_channels(size, exr::prelude::SpecificChannels::rgb(pixel))
+        .write()
+        .to_buffered(&mut bytes)
+        .map_err(|error| failed(error.to_string()))?;
+    write_whole(path, bytes.get_ref())
+}
+
+/// Writes red, green and blue as a 16-bit PNG with the curve of sRGB, for screens: `white` becomes 65535; what is brighter, or
+/// negative, is cut off.
+///
+/// # Errors
+/// See [`PictureError`]; images of different sizes.
+pub fn write_rgb_png(path: &Path, rgb: &[Image; 3], white: f64) -> Result<(), PictureError> {
+    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+    if !(white.is_finite() && white > 0.0) {
+        return Err(failed(format!("white is {white}; it must be positive and finite")));
+    }
+    let [red, green, blue] = rgb;
+    let (nx, ny) = one_size([red, green, blue]).ok_or_else(|| failed("the colours are of different sizes".into()))?;
+    let (Ok(columns), Ok(rows)) = (u32::try_from(nx), u32::try_from(ny)) else {
+        return Err(failed("too many pixels".into()));
+    };
+    let encoded = |v: f64| {
+        let v = (v / white).clamp(0.0, 1.0);
+        let v = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
+        (v * 65535.0).round() as u16
+    };
+    let pixels = (0..nx * ny).flat_map(|k| rgb.each_ref().map(|image| encoded(image.values[k]))).collect();
+    let Some(buffer) = ImageBuffer::<Rgb<u16>, Vec<u16>>::from_raw(columns, rows, pixels) else {
+        return Err(failed("the size and the number of values do not fit".into()));
+    };
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|error| failed(error.to_string()))?;
+    write_whole(path, bytes.get_ref())
+}
+
+/// The size that these images share.
+fn one_size(images: [&Image; 3]) -> Option<(usize, usize)> {
+    let size = (images[0].nx, images[0].ny);
+    images.iter().all(|image| (image.nx, image.ny) == size).then_some(size)
 }
 
 /// Writes to a temporary file beside the target, which takes its name once it is complete.

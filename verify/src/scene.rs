@@ -1,6 +1,9 @@
 //! The bench on which a solid is examined.
 
-use crate::light::{BeamProfile, Emission, Light};
+use crate::{
+    light::{BeamProfile, Emission, Light},
+    spread::Spread,
+};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// How the exit face is understood between its vertices.
@@ -89,6 +92,12 @@ pub struct Scene {
     pub light: Light,
     /// The irradiance of the beam, where it was measured.
     pub profile: Option<BeamProfile>,
+    /// The extent of the light: only [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
+    pub spread: Spread,
+    /// Roughness of the exit face: the root of the mean square, along x and along y, of slopes that are added to those of
+    /// the face, normally distributed and independent from ray to ray. Only [`photons`](crate::photons) see it. Only for a
+    /// [`Block`](crate::Block).
+    pub roughness: f64,
     /// How the block is turned on the bench: a rotation vector, radians, about the centre of its mean exit plane (0, 0, 0). Light
     /// and receiver stay where they are. Only for a [`Block`](crate::Block).
     pub turned: DVec3,
@@ -215,6 +224,8 @@ impl Scene {
             receiver_turned: DVec3::ZERO,
             light: Light::Parallel { direction: DVec3::Z },
             profile: None,
+            spread: Spread::None,
+            roughness: 0.0,
             turned: DVec3::ZERO,
             window,
             fresnel: Fresnel::Off,
@@ -274,6 +285,8 @@ impl Scene {
         within("the number of pixels along x", self.window.nx as f64, 1.0, 32_768.0)?;
         within("the number of pixels along y", self.window.ny as f64, 1.0, 32_768.0)?;
         within("the angle by which the block is turned (radians)", self.turned.length(), 0.0, 1.0)?;
+        within("the roughness (rms slope)", self.roughness, 0.0, 1.0)?;
+        self.spread.validate(&self.light)?;
         within("the angle by which the receiver is turned (radians)", self.receiver_turned.length(), 0.0, 7.0)?;
         let block = Self::rotation(self.turned).unwrap_or(DMat3::IDENTITY);
         let corners = std::array::from_fn(|k: usize| {

@@ -1,6 +1,9 @@
 //! Tracing a block: entry plane, exit face over a regular grid, receiver.
 
 mod lit;
+mod rows;
+
+pub(super) use rows::Lattice;
 
 use super::{
     End, Path,
@@ -9,14 +12,14 @@ use super::{
 };
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    block::{Block, Diagonal},
+    block::{Block, Diagonal, Half, corners, halves},
     optics::{Interface, Refraction, reflect, refract},
     scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal},
     shading::node_normals,
     spline::Bicubic,
 };
 use glam::{DMat3, DVec2, DVec3};
-use lit::Supply;
+use lit::{Imperfect, Supply};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -42,6 +45,7 @@ pub(super) struct BlockTracer {
     /// Whether every part of the exit face's plan gets the same light, which has come straight up to it.
     even: bool,
     supply: Supply,
+    imperfect: Option<Imperfect>,
     cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
@@ -84,24 +88,6 @@ struct Hit {
     half: Half,
 }
 
-/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
-type Half = [usize; 3];
-
-/// The nodes (column, row) of the corners of a cell, going round.
-#[inline]
-fn corners(i: usize, j: usize) -> [(usize, usize); 4] {
-    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
-}
-
-/// The two triangles of a cell.
-#[inline]
-fn halves(diagonal: Diagonal) -> [Half; 2] {
-    match diagonal {
-        Diagonal::Rising => [[0, 1, 2], [0, 2, 3]],
-        Diagonal::Falling => [[0, 1, 3], [1, 2, 3]],
-    }
-}
-
 impl BlockTracer {
     pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
         let illumination = Illumination::of(scene, block.entry_z);
@@ -137,6 +123,7 @@ impl BlockTracer {
             illumination,
             even,
             supply: Supply { mean: 1.0, vignetted: 0.0 },
+            imperfect: Imperfect::of(scene),
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
             highest_mm: block.height_range_mm().1,

@@ -51,6 +51,12 @@ impl Rays {
     }
 }
 
+/// The axis of a bench's light: the bench's own unless a source has another. Unit vector.
+pub(super) fn axis_of(scene: &Scene) -> DVec3 {
+    let of_source = if let Light::Point { axis, .. } = &scene.light { *axis } else { None };
+    of_source.map_or(DVec3::new(0.0, 0.0, scene.sense()), DVec3::normalize)
+}
+
 /// How much light the rays carry, in the bench's frame.
 #[derive(Clone, Debug)]
 pub(super) struct Strength {
@@ -63,12 +69,11 @@ pub(super) struct Strength {
 
 impl Strength {
     pub(super) fn of(scene: &Scene, plane_mm: f64) -> Self {
-        let bench_axis = DVec3::new(0.0, 0.0, scene.sense());
-        let (emission, axis) = match &scene.light {
-            Light::Parallel { .. } => (Emission::Isotropic, bench_axis),
-            Light::Point { emission, axis, .. } => (emission.clone(), axis.map_or(bench_axis, DVec3::normalize)),
+        let emission = match &scene.light {
+            Light::Parallel { .. } => Emission::Isotropic,
+            Light::Point { emission, .. } => emission.clone(),
         };
-        Self { emission, axis, profile: scene.profile.clone(), plane_mm }
+        Self { emission, axis: axis_of(scene), profile: scene.profile.clone(), plane_mm }
     }
 
     /// Flux per unit of area across the ray that passes a point in air.

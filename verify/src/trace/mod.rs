@@ -11,7 +11,9 @@ use crate::{
     block::Block,
     mesh::Mesh,
     scene::{Optics, Scene, SceneError},
+    spread::{Dice, Spread},
 };
+use block::Lattice;
 use glam::DVec2;
 
 /// How the way of a ray ends.
@@ -80,13 +82,18 @@ impl Tracer {
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
     ///
     /// # Errors
-    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning), normals that the file has not, or
+    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning, spread light, roughness), normals that the file has not, or
     /// no light.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         let (lower, upper) = mesh.bounds();
         scene.validate(lower, upper)?;
         if scene.turned != glam::DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
+        }
+        if scene.spread != Spread::None || scene.roughness != 0.0 {
+            return Err(SceneError::Needs(
+                "only the light of a block can be spread, and only its exit face can be rough",
+            ));
         }
         if scene.optics == Optics::Reflects {
             return Err(SceneError::Needs(
@@ -139,13 +146,43 @@ impl Tracer {
         }
     }
 
-    /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends, the parts of the ray's power that
-    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power.
+    /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row) can follow them.
+    pub(crate) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
+        match &self.kind {
+            Kind::Block(block) => block.columns(xs),
+            Kind::Solid(_) => None,
+        }
+    }
+
+    /// The paths of [`path_at`](Self::path_at) for a row of rays, up to rounding.
+    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, scratch: &mut Vec<[f64; 2]>, out: &mut Vec<Path>) {
+        if let Kind::Block(block) = &self.kind {
+            block.path_row(columns, y, scratch, out);
+        }
+    }
+
+    /// The paths of [`path_at`](Self::path_at) at points of the plan of one facet of a cell, if it is known to be met there.
     #[inline]
-    pub(crate) fn all_paths(&self, at_mm: DVec2, mut sink: impl FnMut(End, f64, f64)) -> f64 {
+    pub(crate) fn facet_paths<const N: usize>(
+        &self,
+        cell: (usize, usize),
+        half: [usize; 3],
+        at: [DVec2; N],
+    ) -> Option<[Path; N]> {
+        match &self.kind {
+            Kind::Block(block) => block.facet_paths(cell, half, at),
+            Kind::Solid(_) => None,
+        }
+    }
+
+    /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends, the parts of the ray's power that
+    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power. Light
+    /// that is spread comes from where the dice say.
+    #[inline]
+    pub(crate) fn all_paths(&self, at_mm: DVec2, dice: &Dice, mut sink: impl FnMut(End, f64, f64)) -> f64 {
         match &self.kind {
             Kind::Block(block) => {
-                let path = block.followed_at(at_mm);
+                let path = block.followed_at(at_mm, dice);
                 sink(path.end, path.transmittance, path.power);
                 path.power
             }

@@ -7,10 +7,11 @@
 use super::{BlockTracer, Face};
 use crate::{
     accel::SearchRay,
-    scene::{Geometry, Optics},
+    scene::{Geometry, Optics, Scene},
+    spread::{Dice, Draw, Spread},
     trace::{
         End, Path,
-        illumination::{Arrival, Rays},
+        illumination::{Arrival, Rays, axis_of},
     },
 };
 use glam::{DVec2, DVec3};
@@ -24,6 +25,43 @@ pub(super) struct Lit {
     arrival: Arrival,
     /// Flux per unit of area of the face's plan, less what [`Spent`] says.
     flux: f64,
+}
+
+/// Light with an extent, a face with a finish.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Imperfect {
+    spread: Spread,
+    /// Ideal light, in the bench's frame.
+    rays: Rays,
+    axis: DVec3,
+    roughness: f64,
+}
+
+impl Imperfect {
+    /// None on an ideal bench.
+    pub(super) fn of(scene: &Scene) -> Option<Self> {
+        let Scene { spread, roughness, .. } = *scene;
+        let (rays, axis) = (Rays::of(&scene.light), axis_of(scene));
+        (spread != Spread::None || roughness != 0.0).then_some(Self { spread, rays, axis, roughness })
+    }
+
+    /// The light that one photon is of.
+    fn rays(&self, dice: &Dice) -> Rays {
+        match self.rays {
+            Rays::Parallel(direction) => Rays::Parallel(self.spread.direction(direction, dice)),
+            Rays::From(source) => Rays::From(self.spread.place(source, self.axis, dice)),
+        }
+    }
+
+    /// The normal that one photon finds. A facet that faces away from the light is not met by it.
+    fn rough(&self, normal: DVec3, direction: DVec3, dice: &Dice) -> DVec3 {
+        if self.roughness == 0.0 {
+            return normal;
+        }
+        let slopes = normal.truncate() / normal.z + self.roughness * dice.normal_pair(Draw::Finish);
+        let rough = slopes.extend(1.0).normalize();
+        if rough.dot(direction) * normal.dot(direction) > 0.0 { rough } else { normal }
+    }
 }
 
 /// How much light falls on the face, found by quadrature.
@@ -57,13 +95,15 @@ impl BlockTracer {
         Path { power, ..self.leave(lit.point, lit.normal, lit.arrival.direction, lit.arrival.transmittance) }
     }
 
-    /// The same, but the way to the face is followed forwards, through the search structure.
+    /// The same, but the way to the face is followed forwards, through the search structure, and light and face are as imperfect as
+    /// the dice make them.
     #[inline]
-    pub(in crate::trace) fn followed_at(&self, at: DVec2) -> Path {
-        if self.even {
+    pub(in crate::trace) fn followed_at(&self, at: DVec2, dice: &Dice) -> Path {
+        if self.even && self.imperfect.is_none() {
             return self.path(at);
         }
-        let Some(lit) = self.lit(self.rays, at) else { return Path::DARK };
+        let rays = self.imperfect.as_ref().map_or(self.rays, |i| self.illumination.in_block(i.rays(dice)));
+        let Some(lit) = self.lit(rays, at) else { return Path::DARK };
         let power = lit.flux / self.supply.mean;
         if self.is_vignetted(&lit) {
             return Path { power, ..Path::ended(End::Side, 1.0) };
@@ -79,6 +119,7 @@ impl BlockTracer {
             // At the border the spline reaches beyond its triangles.
             Err(_) => (lit.point, lit.normal),
         };
+        let normal = self.imperfect.as_ref().map_or(normal, |i| i.rough(normal, direction, dice));
         Path { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
     }
 
