@@ -5,9 +5,12 @@
 
 pub mod dct;
 mod field;
+mod outline;
 mod resample;
 
 pub use field::Field;
+pub(crate) use outline::Level;
+pub use outline::{Contour, Outline};
 pub use resample::{area_resample, bilinear_resample};
 
 use glam::DVec2;

@@ -264,12 +264,10 @@ impl OpticalPath {
         ]
     }
 
-    /// Derivatives of the lens point's component along `axis` with respect to `u, u_x, u_y`.
-    pub(super) fn lens_point_variation(&self, ray: &Ray, axis: usize) -> [f64; 3] {
-        let s = ray.s[axis];
-        let mut of_slope = self.dl_ds(ray) * -s;
-        of_slope[axis] -= ray.length;
-        of_slope *= self.kappa;
+    /// Derivatives of the lens point's component along the unit vector `along` with respect to `u, u_x, u_y`.
+    pub(super) fn lens_point_variation(&self, ray: &Ray, along: DVec2) -> [f64; 3] {
+        let s = ray.s.dot(along);
+        let of_slope = (self.dl_ds(ray) * -s - along * ray.length) * self.kappa;
         [s * self.kappa / ray.q, of_slope.x, of_slope.y]
     }
 

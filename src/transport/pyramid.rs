@@ -94,14 +94,17 @@ pub(super) fn solve(
         let mut current = match state.take() {
             Some(coarse) => {
                 let (spline, slopes) = coarse.spline.on(grid);
-                State { spline, slopes, mu: 0.0 }
+                State { spline, slopes, mu: bench.contour().share_of_extent().ln() }
             }
             None => start::plain(bench, grid),
         };
-        let equation = Equation::new(bench, grid, &light);
+        let mut equation = Equation::new(bench, grid, &light);
         let mut newton = Newton::new(&current);
         newton.height_mm = height_mm;
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
+        if done == 0 {
+            start::round_corners(&mut equation, &mut newton, &mut current, criterion);
+        }
         let outcome = newton.run(&equation, &mut current, criterion).ok_or_else(|| SolveError::Failed {
             solver: NAME,
             nx: grid.nodes().0,
