@@ -1,10 +1,15 @@
 //! The optical bench: how light arrives, what the exit face does to it, and where the receiver stands.
 
+mod receiver;
+
+pub use receiver::Receiver;
+
 use crate::{
     grid::{Contour, Extent, Outline},
-    light::{Incidence, Intensity, Light},
+    light::{Incidence, Intensity, Light, Profile, ProfileError},
 };
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// What the structured face does to the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +39,7 @@ impl ExitFace {
 }
 
 /// Why a bench cannot be built.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BenchError {
     /// A length outside of what the numerics and any workshop can handle.
     #[error("{what} is {value_mm} mm; it must lie between {least_mm} mm and {greatest_mm} mm")]
@@ -99,18 +104,45 @@ pub enum BenchError {
         /// Angle to the axis, in air, degrees.
         angle_deg: f64,
     },
+    /// The receiver leans so far that it is seen from its edge.
+    #[error("the receiver leans by {angle_deg:.1} degrees; at most {} degrees are accepted", Bench::GREATEST_LEAN_DEG)]
+    Lean {
+        /// Angle between its normal and the axis, degrees.
+        angle_deg: f64,
+    },
+    /// The receiver passes through the block.
+    #[error(
+        "the receiver cuts the block: the corner of its mean exit plane at x = {:.1} mm, y = {:.1} mm lies {:.1} mm behind it; move the receiver further away or let it lean less",
+        at_mm.x, at_mm.y, -gap_mm
+    )]
+    ReceiverCuts {
+        /// The corner, mm.
+        at_mm: DVec2,
+        /// Its distance in front of the receiver, mm.
+        gap_mm: f64,
+    },
+    /// The undisturbed light does not reach the receiver.
+    #[error("light along ({:.3}, {:.3}, {:.3}) goes past the receiver: tilt the light or the receiver less", direction.x, direction.y, direction.z)]
+    PastReceiver {
+        /// Its direction behind a flat face.
+        direction: DVec3,
+    },
+    /// The light cannot be used.
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
 }
 
 /// A validated bench. See the [frame](crate#frame-units-signs).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     block: Extent,
     outline: Outline,
     window: Extent,
     window_centre_mm: DVec2,
-    distance_mm: f64,
+    receiver: Receiver,
     exit_face: ExitFace,
     light: Light,
+    profile: Option<Arc<Profile>>,
 }
 
 impl Bench {
@@ -128,6 +160,8 @@ impl Bench {
     pub const LEAST_SOURCE_MM: f64 = 1.0;
     /// Greatest angle to the axis at which light from a point source may meet the block, degrees.
     pub const GREATEST_INCIDENCE_DEG: f64 = 75.0;
+    /// Greatest angle by which the receiver may lean, degrees.
+    pub const GREATEST_LEAN_DEG: f64 = 80.0;
 
     /// A bench with parallel light along the axis and a receiver window as large as the block.
     ///
@@ -147,7 +181,11 @@ impl Bench {
             ExitFace::Reflects => DVec3::NEG_Z,
         };
         let light = Light::Parallel { direction };
-        Ok(Self { block, outline: Outline::Rectangle, window: block, window_centre_mm: DVec2::ZERO, distance_mm, exit_face, light })
+        let receiver = Receiver::across(distance_mm);
+        Ok(Self {
+            block,
+            outline: Outline::Rectangle,
+            window: block, window_centre_mm: DVec2::ZERO, receiver, exit_face, light, profile: None })
     }
 
     /// The same bench with a block of another outline within its extent.
@@ -180,6 +218,46 @@ impl Bench {
         self.window = window;
         self.window_centre_mm = centre_mm;
         Ok(self)
+    }
+
+    /// The same bench with the receiver turned about its point on the axis by a rotation vector, radians. Places on it are then
+    /// given in its own coordinates, see [`Receiver`].
+    ///
+    /// # Errors
+    /// A receiver that leans too far, or passes through the block.
+    pub fn with_receiver_turned(mut self, rotation: DVec3) -> Result<Self, BenchError> {
+        length("the angle by which the receiver is turned (radians)", rotation.length(), (0.0, std::f64::consts::PI))?;
+        self.receiver = self.receiver.turned(rotation);
+        let angle_deg = self.receiver.axes().z_axis.z.clamp(-1.0, 1.0).acos().to_degrees();
+        if angle_deg > Self::GREATEST_LEAN_DEG {
+            return Err(BenchError::Lean { angle_deg });
+        }
+        for k in 0..4 {
+            let at_mm = self.block.node(k % 2, k / 2, 2, 2);
+            let gap_mm = self.receiver.gap_mm(at_mm.extend(0.0));
+            if gap_mm <= 0.0 {
+                return Err(BenchError::ReceiverCuts { at_mm, gap_mm });
+            }
+        }
+        Ok(self)
+    }
+
+    /// The same bench with light whose flux is spread unevenly over the block, besides what its geometry gives.
+    pub fn with_profile(mut self, profile: Profile) -> Self {
+        self.profile = Some(Arc::new(profile));
+        self
+    }
+
+    /// Where the light that a flat face sends out at its middle lands on the receiver, mm in its coordinates: the natural place
+    /// of the picture.
+    ///
+    /// # Errors
+    /// Light that is kept inside by a flat face, or goes past the receiver.
+    pub fn undisturbed_landing_mm(&self) -> Result<DVec2, BenchError> {
+        let tangential = self.light_direction().truncate() * self.exit_face.ior();
+        let direction = tangential.extend((1.0 - tangential.length_squared()).sqrt());
+        let at = self.receiver.landing(DVec3::ZERO, direction);
+        if at.is_finite() { Ok(at) } else { Err(BenchError::PastReceiver { direction }) }
     }
 
     /// The same bench with the light travelling along `direction` as it arrives at the structured face (for a block of
@@ -278,9 +356,19 @@ impl Bench {
         self.window_centre_mm
     }
 
-    /// From the mean exit plane to the receiver, mm.
+    /// From the mean exit plane to the receiver along the axis, mm.
     pub fn distance_mm(&self) -> f64 {
-        self.distance_mm
+        self.receiver.distance_mm()
+    }
+
+    /// The receiver.
+    pub fn receiver(&self) -> &Receiver {
+        &self.receiver
+    }
+
+    /// How the light's flux is spread over the block besides what its geometry gives.
+    pub fn profile(&self) -> Option<&Profile> {
+        self.profile.as_deref()
     }
 
     /// What the structured face does.
@@ -328,7 +416,7 @@ mod tests {
             assert!(matches!(error, BenchError::Index { .. }));
         }
         let bench = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
-        assert!(bench.with_light_direction(DVec3::NEG_Z).is_err());
+        assert!(bench.clone().with_light_direction(DVec3::NEG_Z).is_err());
         assert!(bench.with_light_direction(DVec3::NAN).is_err());
     }
 
@@ -352,18 +440,24 @@ mod tests {
         let mirror = Bench::new(BLOCK, 250.0, ExitFace::Reflects).unwrap();
         let lit = |bench: Bench, at: DVec3, thickness| bench.with_point_source(at, thickness, Intensity::Isotropic);
         let axis = |z: f64| DVec3::new(0.0, 0.0, z);
-        assert!(lit(glass, axis(-60.0), 20.0).is_ok() && lit(mirror, axis(60.0), f64::NAN).is_ok());
-        for (bench, z) in [(glass, 60.0), (glass, -20.5), (glass, -1.0), (mirror, -60.0), (mirror, 0.5)] {
+        assert!(lit(glass.clone(), axis(-60.0), 20.0).is_ok() && lit(mirror.clone(), axis(60.0), f64::NAN).is_ok());
+        for (bench, z) in [
+            (glass.clone(), 60.0),
+            (glass.clone(), -20.5),
+            (glass.clone(), -1.0),
+            (mirror.clone(), -60.0),
+            (mirror.clone(), 0.5),
+        ] {
             let error = lit(bench, axis(z), 20.0).unwrap_err();
             assert!(matches!(error, BenchError::SourcePlace { z_mm, .. } if z_mm == z), "{error}");
         }
         // 64 mm to the corner, over 5 mm of air.
-        let error = lit(glass, axis(-25.0), 20.0).unwrap_err();
+        let error = lit(glass.clone(), axis(-25.0), 20.0).unwrap_err();
         assert!(matches!(error, BenchError::Grazing { angle_deg, .. } if angle_deg > 80.0), "{error}");
-        let error = lit(mirror, DVec3::new(500.0, 0.0, 100.0), 20.0).unwrap_err().to_string();
+        let error = lit(mirror.clone(), DVec3::new(500.0, 0.0, 100.0), 20.0).unwrap_err().to_string();
         assert!(error.contains("79.7 degrees") && error.contains("at most 75 degrees"), "{error}");
         for (at, thickness) in [(DVec3::NAN, 20.0), (axis(-2e6), 20.0), (axis(-60.0), f64::NAN), (axis(-60.0), 0.0)] {
-            assert!(matches!(lit(glass, at, thickness), Err(BenchError::Length { .. })));
+            assert!(matches!(lit(glass.clone(), at, thickness), Err(BenchError::Length { .. })));
         }
         // At the middle of the face, an oblique source shines along the refracted ray.
         let bench = lit(mirror, DVec3::new(30.0, 0.0, 40.0), 0.0).unwrap();

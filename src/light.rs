@@ -21,6 +21,12 @@
 //! gives it the area of the block. Over the block it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x)
 //! m`.
 
+mod photometry;
+mod profile;
+
+pub use photometry::{Photometry, PhotometryError};
+pub use profile::{Arriving, Profile, ProfileError};
+
 use crate::{
     bench::{Bench, ExitFace},
     grid::Extent,
@@ -75,24 +81,49 @@ impl Incoming {
 
 /// The light of a bench, ready to be asked point by point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Incidence {
+pub(crate) struct Incidence<'a> {
+    wave: Wave,
+    profile: Option<&'a Profile>,
+}
+
+/// How light travels.
+#[derive(Clone, Copy, Debug)]
+enum Wave {
     /// The same everywhere.
     Parallel(Incoming),
     /// Of a point source.
     Point(PointWave),
 }
 
-impl Incidence {
-    pub(crate) fn of(bench: &Bench) -> Self {
-        match (bench.light(), PointWave::of(bench)) {
-            (Light::Point { .. }, Some(wave)) => Self::Point(wave),
-            _ => Self::Parallel(Incoming { direction: bench.light_direction(), density: 1.0 }),
-        }
+impl<'a> Incidence<'a> {
+    pub(crate) fn of(bench: &'a Bench) -> Self {
+        Self { profile: bench.profile(), ..Self::without_profile(bench) }
+    }
+
+    /// As if its flux were spread evenly, but for what its geometry gives.
+    fn without_profile(bench: &Bench) -> Self {
+        let wave = match (bench.light(), PointWave::of(bench)) {
+            (Light::Point { .. }, Some(wave)) => Wave::Point(wave),
+            _ => Wave::Parallel(Incoming { direction: bench.light_direction(), density: 1.0 }),
+        };
+        Self { wave, profile: None }
     }
 
     /// The light at the point `at` of the structured face, mm.
     #[inline(always)]
     pub(crate) fn at(&self, at: DVec3) -> Incoming {
+        let mut incoming = self.wave.at(at);
+        if let Some(profile) = self.profile {
+            let direction = incoming.direction;
+            incoming.density *= profile.at(at.truncate() - direction.truncate() * (at.z / direction.z));
+        }
+        incoming
+    }
+}
+
+impl Wave {
+    #[inline(always)]
+    fn at(&self, at: DVec3) -> Incoming {
         match self {
             Self::Parallel(incoming) => *incoming,
             Self::Point(wave) => match wave.at(at.truncate(), at.z) {

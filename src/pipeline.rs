@@ -1,7 +1,7 @@
 //! The spine: from a target on a bench to a closed block.
 
 use crate::{
-    bench::Bench,
+    bench::{Bench, ExitFace},
     grid::{Extent, Field},
     light::Incidence,
     optics::Interface,
@@ -120,6 +120,24 @@ pub fn design_shaped(
     check_light_leaves(&solution.surface, bench)?;
     let solid = Solid::shaped(&solution.surface, stock, shape)?;
     Ok(Block { surface: solution.surface, solid, light: solution.light, summary: solution.summary })
+}
+
+/// How far beyond the border of an exit face, seen along the axis, the light enters an entry face at `entry_z_mm` that leaves by
+/// the exit face, mm; 0 if it all enters below the face.
+pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f64 {
+    if bench.exit_face() == ExitFace::Reflects {
+        return 0.0;
+    }
+    let (heights, light) = (surface.heights_mm(), Incidence::of(bench));
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let border = (0..nx).flat_map(|i| [(i, 0), (i, ny - 1)]).chain((0..ny).flat_map(|j| [(0, j), (nx - 1, j)]));
+    let beyond = border.map(|(i, j)| {
+        let at = surface.extent().node(i, j, nx, ny);
+        let direction = light.at(at.extend(heights[(i, j)])).direction;
+        let entry = at - direction.truncate() * ((heights[(i, j)] - entry_z_mm) / direction.z);
+        (entry.abs() - 0.5 * surface.extent().as_vec()).max_element()
+    });
+    beyond.fold(0.0, f64::max)
 }
 
 /// Share of the nodes that may keep their light: at creases of very dark pictures a few always do.

@@ -44,9 +44,9 @@ const FLANGE: Rim = Rim { width_mm: 10.0, rise_mm: -3.0, mark_mm: None };
 fn shapes() -> [(&'static str, Shape, usize); 4] {
     [
         ("plain", Shape::default(), 6),
-        ("raised", Shape { rim: Some(RAISED), origin: Origin::Corner }, 12),
-        ("flange", Shape { rim: Some(FLANGE), origin: Origin::StockTop }, 11),
-        ("table", Shape { rim: None, origin: Origin::Entry }, 6),
+        ("raised", Shape { rim: Some(RAISED), origin: Origin::Corner, skirt_mm: 0.0 }, 12),
+        ("flange", Shape { rim: Some(FLANGE), origin: Origin::StockTop, skirt_mm: 0.0 }, 11),
+        ("table", Shape { rim: None, origin: Origin::Entry, skirt_mm: 0.0 }, 6),
     ]
 }
 
@@ -293,7 +293,7 @@ fn the_verifier_finds_the_same_face_and_picture_in_every_shape_and_format() {
 fn the_step_face_is_read_back_as_it_was_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let surface = face(121, 81);
-    let solid = solid(&surface, Shape { rim: None, origin: Origin::Corner });
+    let solid = solid(&surface, Shape { rim: None, origin: Origin::Corner, skirt_mm: 0.0 });
     for (points, samples) in [((43, 33), (81, 61)), ((121, 81), (121, 81))] {
         let net = ControlNet::fitted(&surface, points);
         let path = folder.path().join("block.step");
@@ -313,7 +313,8 @@ fn walls_lower_than_the_border_is_steep_are_read_back_too() {
     let steep = Field::from_fn(61, 41, |i, j| 3.0 * (0.2 * i as f64).sin() * (0.11 * j as f64).cos());
     let surface = HeightField::new(extent, steep);
     let rim = Some(Rim { width_mm: 5.0, rise_mm: 0.06, mark_mm: None });
-    let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), Shape { rim, origin: Origin::Entry }).unwrap();
+    let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), Shape { rim, origin: Origin::Entry, skirt_mm: 0.0 })
+        .unwrap();
     let path = tempfile::tempdir().unwrap();
     let path = path.path().join("steep.step");
     write_step(&mut fs::File::create(&path).unwrap(), &solid, &ControlNet::interpolating(&surface), &design()).unwrap();
@@ -351,7 +352,7 @@ fn a_tolerance_gives_the_coarsest_net_that_keeps_it() {
 fn height_maps_give_the_heights_back_within_their_resolution() {
     let folder = tempfile::tempdir().unwrap();
     let surface = face(91, 61);
-    let solid = solid(&surface, Shape { rim: Some(FLANGE), origin: Origin::Corner });
+    let solid = solid(&surface, Shape { rim: Some(FLANGE), origin: Origin::Corner, skirt_mm: 0.0 });
     let heights = surface.heights_mm().as_slice();
     let half_level = 0.5 * surface.relief_mm() / 65535.0;
     for (name, tolerance) in [("map.png", 1.0001 * half_level), ("map.exr", 1e-7)] {
@@ -389,7 +390,7 @@ fn height_maps_for_a_cutter_give_its_tips_back() {
     let (extent, (nx, ny)) = (Extent::new(40.0, 30.0), (161, 121));
     let dome = |r: f64| move |i, j| (r * r - extent.node(i, j, nx, ny).length_squared()).sqrt();
     let surface = HeightField::new(extent, Field::from_fn(nx, ny, dome(80.0)));
-    let solid = solid(&surface, Shape { rim: None, origin: Origin::Exit });
+    let solid = solid(&surface, Shape { rim: None, origin: Origin::Exit, skirt_mm: 0.0 });
     for text in ["ball:3mm", "bull:3mm,1mm"] {
         let cutter: Cutter = text.parse().unwrap();
         let tips = tool_offset(&surface, cutter);
@@ -420,7 +421,8 @@ fn a_rim_above_the_face_stops_the_light_that_would_hit_it() {
     let extent = Extent::new(40.0, 30.0);
     let ramp = HeightField::new(extent, Field::from_fn(9, 9, |i, _| 0.25 * 5.0 * i as f64));
     let lost = |rise_mm: f64| {
-        let shape = Shape { rim: Some(Rim { width_mm: 5.0, rise_mm, mark_mm: None }), origin: Origin::Exit };
+        let shape =
+            Shape { rim: Some(Rim { width_mm: 5.0, rise_mm, mark_mm: None }), origin: Origin::Exit, skirt_mm: 0.0 };
         let solid = Solid::shaped(&ramp, Stock::of_thickness(40.0), shape).unwrap();
         let path = tempfile::tempdir().unwrap();
         let path = path.path().join("ramp.stl");
@@ -447,7 +449,7 @@ fn freecads_path_workbench_mills_the_step_file() {
     let folder = tempfile::tempdir().unwrap();
     let surface = face(61, 41);
     let (block, gcode) = (folder.path().join("wave.step"), folder.path().join("wave.ngc"));
-    let solid = solid(&surface, Shape { rim: None, origin: Origin::StockTop });
+    let solid = solid(&surface, Shape { rim: None, origin: Origin::StockTop, skirt_mm: 0.0 });
     export(&block, &solid, &design()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/freecad/mill_block.py");
     let mut freecad = freecad(&format!("exec(open({script:?}).read())")).unwrap();

@@ -96,8 +96,10 @@ pub(crate) fn of_design(
     let own = forward::irradiance(&spline, bench, forward::Geometry::Displaced, examiner.beams(), examiner.pixels());
     ledger.book("the solver's own map", judge::image_of(&own.irradiance))?;
     let exact = match block.solid.rim_z_mm() {
-        None => Subject::Block(Box::new(block_of(&block.surface, block.solid.entry_z_mm())?)),
-        Some(_) => Subject::of(mesh_of(&block.solid, Some(block.surface.heights_mm())), Path::new("the height field"))?,
+        None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?)),
+        Some(_) => {
+            Subject::of(mesh_of(&block.solid, Some(block.solid.surface().heights_mm())), Path::new("the height field"))?
+        }
     };
     ledger.look("height field, on the normal-mapped plane", &exact, Surface::Spline, Geometry::NormalMappedPlane)?;
     ledger.look("height field, on the displaced surface", &exact, Surface::Spline, Geometry::Displaced)?;

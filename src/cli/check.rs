@@ -1,6 +1,7 @@
 //! `glasswarp check`: whether a block can be made, a verdict per line.
 
 use super::{
+    bench::exit_face_in_words,
     error::Failure,
     judge,
     length::Length,
@@ -13,8 +14,10 @@ use super::{
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
+    bench::{Bench, ExitFace},
     export,
     fabricate::{Cutter, Pass, Scallop, Shape},
+    grid::Extent,
     report::{self, Captioned},
     solid::STANDARD_SHEETS_MM,
     surface::{HeightField, Polish},
@@ -82,7 +85,9 @@ pub(crate) struct CheckArgs {
 struct Subject {
     surface: HeightField,
     thinnest_mm: f64,
-    ior: f64,
+    exit_face: ExitFace,
+    /// Angle of the light to the axis where it meets the exit face; from a lamp, on its axis, degrees.
+    incidence_deg: f64,
     distance_mm: f64,
 }
 
@@ -115,11 +120,11 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let lines = lines(args, &subject, &shape, &pass, &polish);
     let extent = subject.surface.extent();
     println!(
-        "{}: {:.2} x {:.2} mm, index {}, receiver at {} mm; {}, rows {} mm apart",
+        "{}: {:.2} x {:.2} mm, {}, receiver at {} mm; {}, rows {} mm apart",
         args.block.display(),
         extent.width_mm,
         extent.height_mm,
-        subject.ior,
+        exit_face_in_words(subject.exit_face),
         subject.distance_mm,
         args.cutter,
         args.step_over.mm
@@ -153,11 +158,19 @@ impl Subject {
         let (_, block) = judge::open_block(&args.block, origin)?;
         let missing = |flag: &str| side_file::missing(&args.block, &format!(", or give {flag}"));
         let bench = side.as_ref().map(|side| &side.bench);
-        let ior = args.ior.or(bench.map(|bench| bench.ior)).ok_or_else(|| missing("--ior"))?;
+        let exit_face = match (bench, args.ior) {
+            (_, Some(ior)) => ExitFace::Refracts { ior },
+            (Some(bench), None) => bench.exit_face(),
+            (None, None) => return Err(missing("--ior")),
+        };
         let distance_mm = args.distance.map(|length| length.mm).or(bench.map(|bench| bench.distance_mm));
         let distance_mm = distance_mm.ok_or_else(|| missing("--distance"))?;
-        check_bench(ior, distance_mm)?;
-        Ok(Self { surface: surface_of(&block), thinnest_mm: block.min_thickness_mm(), ior, distance_mm })
+        Bench::new(Extent::new(100.0, 100.0), distance_mm, exit_face).map_err(Failure::refused)?;
+        let incidence_deg = bench.map_or(0.0, |bench| {
+            (DVec3::from(bench.light_direction).truncate().length() / exit_face.ior()).min(1.0).asin().to_degrees()
+        });
+        let (surface, thinnest_mm) = (surface_of(&block), block.min_thickness_mm());
+        Ok(Self { surface, thinnest_mm, exit_face, incidence_deg, distance_mm })
     }
 
     fn design(args: &CheckArgs) -> Result<Self, Failure> {
@@ -172,17 +185,14 @@ impl Subject {
         let block = plan.design(&progress);
         progress.finish();
         let block = block?;
-        let (ior, distance_mm) = (plan.bench.exit_face().ior(), plan.bench.distance_mm());
-        Ok(Self { thinnest_mm: block.solid.thinnest_mm(), surface: block.surface, ior, distance_mm })
+        Ok(Self {
+            thinnest_mm: block.solid.thinnest_mm(),
+            surface: block.surface,
+            exit_face: plan.bench.exit_face(),
+            incidence_deg: plan.bench.light_direction().truncate().length().asin().to_degrees(),
+            distance_mm: plan.bench.distance_mm(),
+        })
     }
-}
-
-fn check_bench(ior: f64, distance_mm: f64) -> Result<(), Failure> {
-    use glasswarp::{
-        bench::{Bench, ExitFace},
-        grid::Extent,
-    };
-    Bench::new(Extent::new(100.0, 100.0), distance_mm, ExitFace::Refracts { ior }).map(drop).map_err(Failure::refused)
 }
 
 fn place(at: DVec2) -> String {
@@ -229,12 +239,20 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
         degrees <= args.max_slope,
         format!("at most {degrees:.2} degrees, at {} (--max-slope {})", place(at), args.max_slope),
     );
-    let critical = (1.0 / subject.ior).asin().to_degrees();
-    let leaves = degrees < critical;
-    let says = if leaves {
-        format!("all of it leaves: total reflection begins at {critical:.2} degrees")
-    } else {
-        format!("is totally reflected where the slope exceeds {critical:.2} degrees")
+    let (leaves, says) = match subject.exit_face {
+        ExitFace::Reflects => (true, "all of it is reflected to the receiver's side".to_owned()),
+        ExitFace::Refracts { ior } => {
+            let critical = (1.0 / ior).asin().to_degrees() - subject.incidence_deg;
+            let leaves = degrees < critical;
+            let says = if leaves {
+                format!("all of it leaves: total reflection begins at {critical:.2} degrees")
+            } else if subject.incidence_deg > 0.0 {
+                format!("may be totally reflected where the slope exceeds {critical:.2} degrees against the light")
+            } else {
+                format!("is totally reflected where the slope exceeds {critical:.2} degrees")
+            };
+            (leaves, says)
+        }
     };
     say("light", leaves, says);
 
@@ -253,7 +271,7 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
     );
 
     let scallop = Scallop::of(args.cutter, pass.step_over_mm);
-    let spread = |scallop: &Scallop| scallop.spread_mm(subject.ior, subject.distance_mm);
+    let spread = |scallop: &Scallop| scallop.spread_mm(subject.exit_face, subject.distance_mm);
     match scallop {
         Some(raw) => {
             let left = raw.polished(polish.sigma_mm());

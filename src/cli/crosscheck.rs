@@ -1,10 +1,17 @@
 //! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what both see.
 
-use super::{diagnosis, error::Failure, judge::open_block, length::Length, side_file::SideFile};
+use super::{
+    bench::{exit_face_in_words, exit_face_of, scene_of},
+    diagnosis,
+    error::Failure,
+    judge::open_block,
+    length::Length,
+    side_file::SideFile,
+};
 use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp_verify::{
-    Image, Scene, Window,
+    Image, Optics,
     crosscheck::{CrosscheckError, Distances, ImageAgreement, Job, MapAgreement, PERCENTILES, Renderer, Study},
     picture,
 };
@@ -99,22 +106,25 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         .scene
         .clone()
         .unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", super::settings::name_of(args.with))));
-    let (ior, distance_mm) =
-        (args.ior.unwrap_or(side.bench.ior), args.distance.map_or(side.bench.distance_mm, |length| length.mm));
-    let size_mm = DVec2::new(side.bench.window_width_mm, side.bench.window_height_mm);
+    let mut scene = scene_of(&side.bench, &side.design)?;
+    scene.distance_mm = args.distance.map_or(scene.distance_mm, |length| length.mm);
+    if let (Some(ior), Optics::Refracts { .. }) = (args.ior, scene.optics) {
+        scene.optics = Optics::Refracts { ior };
+    }
     // Image mode averages eight pixels.
     let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
     let pixels = |size: DVec2| {
         let nx = eight(f64::from(args.pixels));
         (nx, eight(nx as f64 * size.y / size.x))
     };
-    let (nx, ny) = pixels(size_mm);
-    let scene = Scene::new(ior, distance_mm, Window { size_mm, centre_mm: DVec2::ZERO, nx, ny });
+    (scene.window.nx, scene.window.ny) = pixels(scene.window.size_mm);
     let study = Study::new(&mesh, &block, &scene).map_err(Failure::refused)?;
     println!(
-        "{} seen by the verifier and by {}, index {ior}, receiver {distance_mm} mm from the mean exit plane",
+        "{} seen by the verifier and by {}, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         renderer.name(),
+        exit_face_in_words(exit_face_of(&scene)),
+        scene.distance_mm
     );
     match args.mode {
         Mode::Map => {

@@ -1,26 +1,24 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    budget::{self, Judged, Step},
+    bench::{exit_face_in_words, light_in_words, receiver_in_words},
+    budget,
     error::Failure,
     finish::Finished,
-    judge::{self, Examiner, Judgement, Place},
+    opinion::{Opinion, draw_weakness},
+    page::{self, DesignPage},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
-    side_file::{self, BenchRecord, SideFile},
+    side_file::{self, BenchRecord},
 };
 use glasswarp::{
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
-    report::{self, Exposure},
     solid::Origin,
-    target::to_picture_order,
 };
-use glasswarp_verify::{Image, PhotonPlan};
-use image::GrayImage;
 use rayon::prelude::*;
 use std::{
     collections::BTreeMap,
@@ -58,10 +56,19 @@ pub(crate) struct DesignArgs {
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
+
+    /// The report, a page of HTML for the people who will make the block [default: beside the first file, .report.html]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    report: Option<PathBuf>,
+
+    /// Write no report
+    #[arg(long)]
+    no_report: bool,
 }
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let (plan, outputs) = plan(args)?;
+    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
@@ -77,9 +84,16 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
         None => draw_weakness(&plan, &outputs[0], &block)?,
     };
+    if let Some(path) = &report {
+        let opinion = opinion.as_ref();
+        DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved }.write(path)?;
+    }
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
         println!("  pictures       {}", list(&pictures));
+    }
+    if let Some(path) = &report {
+        println!("  report         {}", path.display());
     }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
@@ -96,14 +110,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
 }
 
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
-    let is_design = args.picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let mut settings = args.settings.clone();
-    let picture = if is_design {
-        settings = settings.or(Settings::read(&args.picture)?);
-        settings.named_picture(&args.picture)?
-    } else {
-        args.picture.clone()
-    };
+    let (settings, picture) = Settings::of(&args.picture, &args.settings)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
@@ -163,17 +170,7 @@ fn write_files(
     for output in outputs {
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
-    let bench = BenchRecord {
-        width_mm: plan.bench.block().width_mm,
-        height_mm: plan.bench.block().height_mm,
-        entry_z_mm: block.solid.entry_z_mm(),
-        relief_mm: block.surface.relief_mm(),
-        thinnest_mm: block.solid.thinnest_mm(),
-        distance_mm: plan.bench.distance_mm(),
-        window_width_mm: plan.bench.window().width_mm,
-        window_height_mm: plan.bench.window().height_mm,
-        ior: plan.bench.exit_face().ior(),
-    };
+    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
     for (path, outputs) in &sets {
         side_file::write(
             path,
@@ -195,7 +192,7 @@ fn write_files(
 
 /// Writes a STEP file; returns how near its face is.
 fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
-    let fit = export::choose_net(&block.surface, plan.step, design).map_err(Failure::refused)?;
+    let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;
     let (points, nodes) = (fit.net.points(), plan.nodes);
@@ -225,99 +222,16 @@ fn height_map_note(output: &Path, map: &HeightMap) -> String {
     )
 }
 
-/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
-/// Pixels across at which a design is judged, at most.
-const PIXELS: usize = 1024;
-
-/// What the verifier says of the files of a design.
-struct Opinion {
-    judgement: Judgement,
-    steps: Vec<Step>,
-    wanted: Image,
-    /// The light after the finish that it was designed for.
-    finished: Option<Finished>,
-}
-
-impl Opinion {
-    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
-    /// most.
-    fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
-        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
-        let judged = stl.unwrap_or(&outputs[0]);
-        // The bench as the side file gives it, which is what a stranger would have.
-        let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(Place::from(&side.bench), Some(&plan.target), PIXELS);
-        let judge = || {
-            let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
-        };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
-        let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
-        let finish = plan.settings.finish;
-        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        Ok(Self { judgement, steps, wanted, finished })
-    }
-
-    /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
-    /// budget, the isocontours of the exit face, and the block with its dimensions.
-    fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-        let exposure = Exposure::of(&plan.target, plan.transfer.into());
-        let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
-        let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
-        let note = format!("(relative RMS {error:.4})");
-        let finished = self.finished.as_ref().map(|finished| {
-            let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
-            (judge::field_of(&finished.view.image), note)
-        });
-        type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
-        let mut pictures: Vec<(&str, Draw)> = vec![
-            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
-            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
-            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
-            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| report::isocontours(&block.surface, 1000))),
-            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
-        ];
-        if let Some((image, note)) = &finished {
-            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
-        }
-        pictures
-            .par_iter()
-            .map(|(kind, draw)| {
-                let path = output.with_extension(format!("{kind}.png"));
-                report::write_png(&path, &draw()).map_err(Failure::writing)?;
-                Ok(path)
-            })
-            .collect()
-    }
-}
-
-/// Draws the solver's own view of where the light will be wrong, if it has one.
-fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-    let Some(light) = &block.light else { return Ok(Vec::new()) };
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let wanted = plan.target.resampled(light.nx(), light.ny());
-    let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
-    let path = output.with_extension("weakness.png");
-    report::write_png(&path, &picture).map_err(Failure::writing)?;
-    Ok(vec![path])
-}
-
 /// Prints what was made.
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
     println!("{}", list(outputs));
     println!(
-        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, index {}",
-        bench.block().width_mm,
-        bench.block().height_mm,
+        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
+        solid.surface().extent().width_mm,
+        solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
-        bench.exit_face().ior()
+        exit_face_in_words(bench.exit_face())
     );
     println!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
@@ -336,17 +250,20 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
             stock.height_mm
         );
     }
+    let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
+    if skirt > 0.0 {
+        println!(
+            "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
+             cover it for a picture without a glow around it",
+            bench.block().width_mm,
+            bench.block().height_mm
+        );
+    }
     if solid.shape().origin != Origin::Exit {
         println!("  origin         {}", solid.shape().origin.place());
     }
-    println!("  light          parallel, straight onto the planar entry face");
-    println!(
-        "  receiver       {} mm from the mean plane of the exit face ({:.2} mm from its highest point), picture {:.2} x {:.2} mm",
-        bench.distance_mm(),
-        bench.distance_mm() - block.surface.heights_mm().min_max().1,
-        bench.window().width_mm,
-        bench.window().height_mm
-    );
+    println!("  light          {}", light_in_words(bench));
+    println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
     let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())

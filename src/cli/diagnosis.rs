@@ -1,7 +1,6 @@
 //! What may be wrong with a block that draws another picture than it should, or none.
 
 use super::{error::Failure, judge::image_of, side_file::BenchRecord};
-use glam::DVec2;
 use glasswarp::target::TargetIrradiance;
 use glasswarp_verify::{Block, Image, Scene, SceneError, Tracer, Window, beams, metrics};
 
@@ -15,11 +14,13 @@ const SIZE_TOLERANCE: f64 = 1e-4;
 /// What does not fit between the dimensions of a block and its side file.
 pub(crate) fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
     let size = block.size_mm();
-    let ratio = size / DVec2::new(bench.width_mm, bench.height_mm);
+    let ratio = size / bench.face_mm();
     if (ratio - 1.0).abs().max_element() <= SIZE_TOLERANCE {
         let (mean, entry) = (block.mean_exit_z_mm(), block.entry_z_mm());
         // Everything is measured from the mean exit plane: a shift along z moves the receiver.
-        let shift = mean.abs().max((entry - bench.entry_z_mm).abs());
+        // The mean is 0 without the skirt, which a file does not tell from the rest.
+        let off = if bench.face_mm().x > bench.width_mm { 0.0 } else { mean.abs() };
+        let shift = off.max((entry - bench.entry_z_mm).abs());
         return if shift > 1e-3 * bench.width_mm {
             vec![format!(
                 "the block is not where its side file says: its mean exit plane is at z = {mean:.3} mm instead of 0, its entry \
@@ -88,7 +89,7 @@ fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<
     let wanted = image_of(target.resampled(nx, ny).cells());
     let error_at = |factor: f64| {
         let distance_mm = factor * scene.distance_mm;
-        let scene = Scene { distance_mm, window: Window { nx, ny, ..scene.window }, ..*scene };
+        let scene = Scene { distance_mm, window: Window { nx, ny, ..scene.window }, ..scene.clone() };
         match Tracer::for_block(block, &scene) {
             Ok(tracer) => {
                 // A receiver beyond all light is no candidate.
@@ -118,7 +119,7 @@ fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<
          error {error:.3} instead of {here:.3} (at {nx} pixels); is the distance wrong by a factor of {factor:.2}, or the index?",
         factor * scene.distance_mm,
         scene.distance_mm,
-        1.0 + (scene.ior - 1.0) * factor,
-        scene.ior
+        1.0 + (scene.ior() - 1.0) * factor,
+        scene.ior()
     )])
 }

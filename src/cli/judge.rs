@@ -1,6 +1,6 @@
 //! Opens a solid, looks at the light that comes through it, and compares it with the picture.
 
-use super::{error::Failure, side_file::BenchRecord};
+use super::error::Failure;
 use glam::{DVec2, DVec3};
 use glasswarp::{
     grid::Field,
@@ -8,7 +8,7 @@ use glasswarp::{
 };
 use glasswarp_verify::{
     Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer,
-    Traversal, Window, beams, facet_beams,
+    Traversal, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Metrics},
     photons,
@@ -89,24 +89,6 @@ fn not_a_block(path: &Path, error: BlockError) -> Failure {
     Failure::InvalidMesh { what: format!("{} is no block of glass", path.display()), source: Some(error.into()) }
 }
 
-/// Where a subject stands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
-    pub(crate) ior: f64,
-    pub(crate) distance_mm: f64,
-    pub(crate) window_mm: DVec2,
-}
-
-impl From<&BenchRecord> for Place {
-    fn from(bench: &BenchRecord) -> Self {
-        Self {
-            ior: bench.ior,
-            distance_mm: bench.distance_mm,
-            window_mm: DVec2::new(bench.window_width_mm, bench.window_height_mm),
-        }
-    }
-}
-
 /// Looks at subjects on one bench, always with the same pixels.
 pub(crate) struct Examiner {
     scene: Scene,
@@ -123,21 +105,17 @@ const LEAST_BEAMS: usize = 1024;
 
 impl Examiner {
     /// An examiner with `pixels` across, at most as many as the target has.
-    pub(crate) fn new(place: Place, target: Option<&TargetIrradiance>, pixels: usize) -> Self {
+    pub(crate) fn new(mut scene: Scene, target: Option<&TargetIrradiance>, pixels: usize) -> Self {
         let (nx, aspect) = match target {
             Some(target) => {
                 let cells = target.cells();
                 (cells.nx().min(pixels).max(8), cells.ny() as f64 / cells.nx() as f64)
             }
-            None => (pixels, place.window_mm.y / place.window_mm.x),
+            None => (pixels, scene.window.size_mm.y / scene.window.size_mm.x),
         };
         let ny = (nx as f64 * aspect).round().clamp(8.0, 32_768.0) as usize;
-        let window = Window { size_mm: place.window_mm, centre_mm: DVec2::ZERO, nx, ny };
-        Self {
-            scene: Scene::new(place.ior, place.distance_mm, window),
-            surface: None,
-            wanted: target.map(|target| image_of(target.resampled(nx, ny).cells())),
-        }
+        (scene.window.nx, scene.window.ny) = (nx, ny);
+        Self { scene, surface: None, wanted: target.map(|target| image_of(target.resampled(nx, ny).cells())) }
     }
 
     /// The same, but surfaces understood in this way, and with or without partial reflection.
@@ -153,7 +131,7 @@ impl Examiner {
 
     /// The bench with its pixels, and the surface of the subject.
     pub(crate) fn scene_for(&self, subject: &Subject) -> Scene {
-        Scene { surface: self.surface_of(subject), ..self.scene }
+        Scene { surface: self.surface_of(subject), ..self.scene.clone() }
     }
 
     /// The pixels of the window.
@@ -173,7 +151,7 @@ impl Examiner {
 
     /// The light that comes through the subject, without noise.
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
-        let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene })?;
+        let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene.clone() })?;
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
             (Subject::Block(block), _) => self.beams_through(block, &tracer, BEAMS_PER_PIXEL),

@@ -2,7 +2,7 @@ use serde::{Deserialize, Deserializer, de};
 use std::{fmt, str::FromStr};
 
 /// A length as a person writes it: `250mm`, `25cm`, `0.25m`, `9.8in`; a bare number is millimetres.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Length {
     pub(crate) mm: f64,
 }

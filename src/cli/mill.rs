@@ -1,6 +1,7 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
+    bench::exit_face_in_words,
     cutters::{self, Wish},
     error::Failure,
     judge,
@@ -10,7 +11,6 @@ use super::{
     workpiece::{View, Workpiece, look_at_scallops},
 };
 use glasswarp::{
-    bench::ExitFace,
     export::{self, Design, Format},
     fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
     report::{self, Captioned},
@@ -174,14 +174,14 @@ pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polis
 }
 
 fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
-    let extent = piece.surface.extent();
+    let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
     println!(
-        "{}: {:.2} x {:.2} mm, index {}, receiver {} mm from the mean exit plane",
+        "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         extent.width_mm,
         extent.height_mm,
-        piece.place.ior,
-        piece.place.distance_mm
+        exit_face_in_words(bench.exit_face()),
+        bench.distance_mm
     );
     let cost = pass.cost(extent);
     println!(
@@ -197,7 +197,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
             "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
             1e3 * scallop.height_mm,
             scallop.slope,
-            scallop.spread_mm(piece.place.ior, piece.place.distance_mm)
+            scallop.spread_mm(bench.exit_face(), bench.distance_mm)
         );
     }
     let (nx, ny) = piece.examiner.pixels();
@@ -251,8 +251,9 @@ fn write_block(
     let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
     let solid = Solid::new(&surface, stock).map_err(Failure::refused)?;
     let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let exit_face = ExitFace::Refracts { ior: piece.place.ior };
-    let design = Design { name: format!("{name} milled"), exit_face, distance_mm: piece.place.distance_mm };
+    let before = &piece.side.bench;
+    let design =
+        Design { name: format!("{name} milled"), exit_face: before.exit_face(), distance_mm: before.distance_mm };
     export::export(output, &solid, &design).map_err(Failure::exporting)?;
     let bench = BenchRecord {
         entry_z_mm: solid.entry_z_mm(),

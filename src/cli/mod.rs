@@ -1,5 +1,7 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
+mod angle;
+mod bench;
 mod budget;
 mod check;
 mod crosscheck;
@@ -9,9 +11,13 @@ mod diagnosis;
 mod error;
 mod finish;
 mod judge;
+mod lamp;
 mod length;
 mod mill;
+mod opinion;
+mod page;
 mod plan;
+mod preview;
 mod progress;
 mod settings;
 mod shards;
@@ -28,6 +34,7 @@ use std::process::ExitCode;
 const EXAMPLES: &str = "\
 Examples:
   glasswarp design portrait.png -o block.stl -o block.glb -o block.obj
+  glasswarp preview portrait.png --distance 60cm
   glasswarp design logo.png --material pmma --size 15cm --distance 1m -o logo.stl
   glasswarp verify block.stl --target portrait.png
   glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
@@ -52,6 +59,8 @@ struct Cli {
 enum Command {
     /// Make a block from a picture, export it, and trace light through what was exported
     Design(design::DesignArgs),
+    /// Look at what a picture would become, in a second or two: a coarse block, its relief and its light
+    Preview(preview::PreviewArgs),
     /// Trace light through an exported block and judge the picture that it draws
     Verify(verify::VerifyArgs),
     /// Say whether a block can be made: hollows and slopes for a cutter, thickness, scallops; and what tolerances do to its picture
@@ -78,6 +87,7 @@ pub(crate) fn run() -> ExitCode {
     }
     let done = match cli.command {
         Command::Design(args) => design::run(&args),
+        Command::Preview(args) => preview::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Mill(args) => mill::run(&args),

@@ -1,23 +1,30 @@
 //! What settings mean: validated once, then trusted.
 
 use super::{
+    bench::{bench_of, warnings},
     error::Failure,
     settings::{QualityName, Settings, SolverName, TransferName, name_of},
 };
 use glam::DVec2;
 use glasswarp::{
-    bench::{Bench, ExitFace},
+    bench::Bench,
     export::StepTolerance,
-    grid::Extent,
-    materials,
+    light::Light,
     pipeline::{self, Block, DesignError},
-    solid::{Rim, Shape, Stock},
-    solver::{Progress, Solver},
+    solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
+    solver::{Progress, Silent, SolveError, Solver},
+    surface::HeightField,
     target::{Picture, PictureError, TargetIrradiance, Transfer},
     transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
 use std::path::{Path, PathBuf};
+
+/// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief is known, mm.
+const NOMINAL_MM: f64 = 10.0;
+/// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
+const DRAFT_NODES: usize = 129;
+const DRAFT_MM: f64 = 0.1;
 
 /// A block that can be designed.
 pub(crate) struct Plan {
@@ -40,22 +47,9 @@ impl Plan {
         let offset = settings.offset.unwrap_or(0.1);
         let target = open_target(&picture, settings.transfer.map(Transfer::from), offset)?;
         let (nx, ny) = (target.cells().nx(), target.cells().ny());
-        let width_mm = settings.size.map_or(100.0, |length| length.mm);
-        let ior = match (&settings.material, settings.ior) {
-            (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
-                Failure::Usage(format!(
-                    "there is no material '{name}'; `glasswarp materials` lists those known, --ior takes any index"
-                ))
-            })?,
-            (None, ior) => ior.unwrap_or(1.5),
-        };
-        let block = Extent::new(width_mm, width_mm * ny as f64 / nx as f64);
-        let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
-        let mut bench = Bench::new(block, distance_mm, ExitFace::Refracts { ior }).map_err(Failure::refused)?;
-        if let Some(window) = settings.window {
-            let window = Extent::new(window.mm, window.mm * ny as f64 / nx as f64);
-            bench = bench.with_window(window, DVec2::ZERO).map_err(Failure::refused)?;
-        }
+        let aspect = ny as f64 / nx as f64;
+        let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
+        let block = bench.block();
         let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
         let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
@@ -70,7 +64,58 @@ impl Plan {
         let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
         let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
         let solver = settings.solver.unwrap_or_default();
-        Ok(Self { picture, target, bench, nodes, stock, shape, step, solver, transfer, settings })
+        let mut plan = Self { picture, target, bench, nodes, stock, shape, step, solver, transfer, settings };
+        plan.fit_to_light(aspect)?;
+        Ok(plan)
+    }
+
+    /// A draft of the face.
+    fn draft(&mut self, aspect: f64) -> Result<HeightField, Failure> {
+        let nodes = pipeline::node_grid(self.bench.block(), self.nodes.0.min(DRAFT_NODES)).map_err(Failure::refused)?;
+        let solver = Transport { options: Options { quality: Quality::Draft, ..Options::default() } };
+        let mut thickness_mm = NOMINAL_MM;
+        loop {
+            match solver.solve(&self.target, &self.bench, nodes, &Silent) {
+                // A sheet that nobody chose may be thicker.
+                Err(SolveError::ReachesLight { .. })
+                    if self.settings.thickness.is_none()
+                        && thickness_mm < STANDARD_SHEETS_MM[STANDARD_SHEETS_MM.len() - 1] =>
+                {
+                    thickness_mm *= 2.0;
+                    self.bench = bench_of(&self.settings, aspect, thickness_mm)?;
+                }
+                solved => return Ok(solved.map_err(Failure::refused)?.surface),
+            }
+        }
+    }
+
+    /// Light that does not come straight from far away asks how thick the block is, which its relief decides: a draft of the face
+    /// tells, and with it the sheet, the place of the entry face, and how far the face must go on for light from the side.
+    fn fit_to_light(&mut self, aspect: f64) -> Result<(), Failure> {
+        let straight = match self.bench.light() {
+            Light::Parallel { direction } => direction.truncate() == DVec2::ZERO,
+            Light::Point { .. } => false,
+        };
+        if straight || self.settings.is_mirror() {
+            return Ok(());
+        }
+        let surface = self.draft(aspect)?;
+        // The draft's relief is not quite that of the face.
+        let stock = match self.settings.thickness {
+            Some(_) => self.stock,
+            None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
+        };
+        let solid = Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;
+        let thickness_mm = -solid.entry_z_mm();
+        self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
+        self.bench = bench_of(&self.settings, aspect, thickness_mm)?;
+        let overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
+        self.shape.skirt_mm = match self.settings.skirt {
+            Some(skirt) => skirt.mm,
+            None if overshoot_mm > 0.0 => overshoot_mm + DRAFT_MM,
+            None => 0.0,
+        };
+        self.shape.check(self.bench.block()).map_err(|e| Failure::refused(DesignError::from(e)))
     }
 
     /// Solves for the block.
@@ -84,6 +129,10 @@ impl Plan {
             (self.stock, self.shape),
             progress,
         )
+        .map(|mut block| {
+            block.summary.warnings.extend(warnings(&self.bench));
+            block
+        })
         .map_err(Failure::refused)
     }
 
@@ -132,7 +181,8 @@ fn shape(settings: &Settings) -> Result<Shape, Failure> {
             "--mark cuts off a corner of the rim, and there is none: add --rim WIDTH,HEIGHT".into(),
         ));
     }
-    Ok(Shape { rim, origin: settings.origin.unwrap_or_default().into() })
+    let skirt_mm = settings.skirt.map_or(0.0, |length| length.mm);
+    Ok(Shape { skirt_mm, rim, origin: settings.origin.unwrap_or_default().into() })
 }
 
 /// Reads a picture as light plus a constant.
@@ -146,6 +196,6 @@ fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Fail
         PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
             Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }
         }
-        PictureError::Value { .. } | PictureError::Size { .. } => Failure::refused(error),
+        refused => Failure::refused(refused),
     })
 }

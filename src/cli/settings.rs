@@ -1,4 +1,10 @@
-use super::{error::Failure, finish::FinishPlan, length::Length};
+use super::{
+    angle::Inclination,
+    error::Failure,
+    finish::FinishPlan,
+    lamp::{Emission, LightName},
+    length::Length,
+};
 use clap::{Args, ValueEnum};
 use glasswarp::{solid::Origin, target::Transfer};
 use serde::Deserialize;
@@ -24,10 +30,46 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     pub(crate) distance: Option<Length>,
 
-    /// Width of the picture on the receiver, centred on the block's axis; its height follows the picture's aspect [default: as the
-    /// block]
+    /// Width of the picture on the receiver, centred where the light of a flat block falls; its height follows the picture's aspect
+    /// [default: as that light: for parallel light as the block]
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     pub(crate) window: Option<Length>,
+
+    /// Move the picture on the receiver to the right and up, as seen from the block: 25mm,10mm
+    #[arg(long, value_name = "RIGHT,UP", help_heading = "Bench", allow_hyphen_values = true)]
+    pub(crate) shift: Option<Shift>,
+
+    /// Let the receiver lean: 20deg takes the picture's top further away, 20deg,90deg its right side (180 bottom, 270 left). The
+    /// picture is undistorted on it; the distance is that along the axis
+    #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Bench", allow_hyphen_values = true)]
+    pub(crate) receiver_tilt: Option<Inclination>,
+
+    /// The exit face is a mirror, lit from the receiver's side
+    #[arg(long, value_name = "BOOL", help_heading = "Bench", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) mirror: Option<bool>,
+
+    /// What light there is [default: parallel; point, if a distance or emission of a source is given]
+    #[arg(long, value_name = "KIND", help_heading = "Light")]
+    pub(crate) light: Option<LightName>,
+
+    /// Let the light come from the side, at this angle to the axis of the block: 30deg from the picture's top, 30deg,90deg from its
+    /// right (180 bottom, 270 left) [default: straight]
+    #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Light", allow_hyphen_values = true)]
+    pub(crate) tilt: Option<Inclination>,
+
+    /// From a point source to the middle of the entry face, or of the mirror [default: 500mm]
+    #[arg(long, value_name = "LENGTH", help_heading = "Light", allow_hyphen_values = true)]
+    pub(crate) source_distance: Option<Length>,
+
+    /// How a point source shines, aimed at the middle of the block: isotropic, lambertian, gaussian:12deg (half as bright there), or
+    /// an IES file (.ies) [default: isotropic]
+    #[arg(long, value_name = "HOW", help_heading = "Light")]
+    pub(crate) emission: Option<Emission>,
+
+    /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the block and the same way round as
+    /// the picture on the receiver: its unevenness is made up for
+    #[arg(long, value_name = "PICTURE", help_heading = "Light", conflicts_with = "emission")]
+    pub(crate) beam: Option<PathBuf>,
 
     /// Refractive index of the block [default: 1.5]
     #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
@@ -45,6 +87,11 @@ pub(crate) struct Settings {
     /// Least thickness that the block may have anywhere [default: 3mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     pub(crate) min_thickness: Option<Length>,
+
+    /// Let the exit face go on beyond the picture's light by this much, so that light from the side enters through the entry face
+    /// [default: as much as the light needs]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    pub(crate) skirt: Option<Length>,
 
     /// Height nodes across the width [default: two per pixel, 257 to 1025]
     #[arg(long, value_name = "N", help_heading = "Block")]
@@ -139,6 +186,33 @@ impl TryFrom<String> for RimSize {
     }
 }
 
+/// How far a picture is moved on the receiver, as seen from the block.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub(crate) struct Shift {
+    pub(crate) right: Length,
+    pub(crate) up: Length,
+}
+
+impl FromStr for Shift {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (right, up) = text.split_once(',').ok_or_else(|| {
+            format!("'{text}' is no shift; write how far to the right and up, as 25mm,0mm or -10mm,5mm")
+        })?;
+        Ok(Self { right: right.parse()?, up: up.parse()? })
+    }
+}
+
+impl TryFrom<String> for Shift {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum OriginName {
@@ -200,13 +274,23 @@ struct DesignFile {
 }
 
 impl Settings {
+    /// What flags and a design file together ask for, and the picture; `named` is either.
+    pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
+        if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+            return Ok((flags.clone(), named.to_path_buf()));
+        }
+        let settings = flags.clone().or(Self::read(named)?);
+        let picture = settings.named_picture(named)?;
+        Ok((settings, picture))
+    }
+
     /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
         let file: DesignFile = toml::from_str(&text)
             .map_err(|error| Failure::Usage(format!("{} is no design file:\n{error}", path.display())))?;
         let mut settings = file.design;
-        settings.resolve_picture(path);
+        settings.resolve_paths(path);
         Ok(settings)
     }
 
@@ -217,11 +301,25 @@ impl Settings {
         })
     }
 
-    /// Takes the picture's path, so far relative to the file that names it, relative to the working folder.
-    pub(crate) fn resolve_picture(&mut self, file: &Path) {
-        if let Some(picture) = &mut self.picture {
-            *picture = file.parent().unwrap_or(Path::new("")).join(&picture);
+    /// Takes the paths of files, so far relative to the file that names them, relative to the working folder.
+    pub(crate) fn resolve_paths(&mut self, file: &Path) {
+        let lamp = match &mut self.emission {
+            Some(Emission::Ies(path)) => Some(path),
+            _ => None,
+        };
+        for path in [self.picture.as_mut(), self.beam.as_mut(), lamp].into_iter().flatten() {
+            *path = file.parent().unwrap_or(Path::new("")).join(&path);
         }
+    }
+
+    pub(crate) fn is_mirror(&self) -> bool {
+        self.mirror.unwrap_or(false)
+    }
+
+    /// The kind of light: what is asked for, or what else is said of it means.
+    pub(crate) fn light(&self) -> LightName {
+        let of_a_source = self.source_distance.is_some() || self.emission.is_some();
+        self.light.unwrap_or(if of_a_source { LightName::Point } else { LightName::Parallel })
     }
 
     /// These settings, and where they are silent, `other`'s.
@@ -231,11 +329,28 @@ impl Settings {
             (None, None) => (other.ior, other.material),
             chosen => chosen,
         };
+        // Parallel light has no use for the file's source.
+        let parallel = self.light == Some(LightName::Parallel);
+        let (source_distance, emission) = if parallel { (None, None) } else { (other.source_distance, other.emission) };
+        // A measured beam and an emission are one choice, too.
+        let (emission, beam) = match (self.emission, self.beam) {
+            (None, None) => (emission, other.beam),
+            chosen => chosen,
+        };
         Self {
             picture: self.picture.or(other.picture),
             size: self.size.or(other.size),
             distance: self.distance.or(other.distance),
             window: self.window.or(other.window),
+            shift: self.shift.or(other.shift),
+            receiver_tilt: self.receiver_tilt.or(other.receiver_tilt),
+            mirror: self.mirror.or(other.mirror),
+            light: self.light.or(other.light),
+            tilt: self.tilt.or(other.tilt),
+            source_distance: self.source_distance.or(source_distance),
+            emission,
+            beam,
+            skirt: self.skirt.or(other.skirt),
             ior,
             material,
             thickness: self.thickness.or(other.thickness),

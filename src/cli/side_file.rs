@@ -2,11 +2,14 @@
 
 use super::{
     error::Failure,
-    settings::{Settings, SolverName, TransferName, name_of},
+    lamp::Emission,
+    settings::{Settings, Shift, SolverName, TransferName, name_of},
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use glasswarp::{
+    bench::{Bench, ExitFace},
     export::{HeightMap, HeightMapFormat, write_atomically},
+    light::Light,
     solid::Solid,
 };
 use serde::Deserialize;
@@ -31,7 +34,83 @@ pub(crate) struct BenchRecord {
     pub(crate) distance_mm: f64,
     pub(crate) window_width_mm: f64,
     pub(crate) window_height_mm: f64,
+    /// In the receiver's own coordinates.
+    #[serde(default)]
+    pub(crate) window_centre_mm: [f64; 2],
+    /// A rotation vector, radians, about the receiver's point on the axis.
+    #[serde(default)]
+    pub(crate) receiver_turned: [f64; 3],
+    /// Of the block; 1 for a mirror.
     pub(crate) ior: f64,
+    #[serde(default)]
+    pub(crate) mirror: bool,
+    /// Unit vector along which light travels before it meets the block; from a source, that of its axis.
+    #[serde(default = "along_the_axis")]
+    pub(crate) light_direction: [f64; 3],
+    /// A point source, where there is one.
+    pub(crate) source_mm: Option<[f64; 3]>,
+    /// How far the exit face goes on beyond `width_mm` and `height_mm`, on every side.
+    #[serde(default)]
+    pub(crate) skirt_mm: [f64; 2],
+}
+
+impl BenchRecord {
+    /// The bench alone.
+    pub(crate) fn of(bench: &Bench) -> Self {
+        let incident = bench.light_direction();
+        let tangential = incident.truncate() * bench.exit_face().ior();
+        let direction = tangential.extend((1.0 - tangential.length_squared()).sqrt().copysign(incident.z));
+        let (light_direction, source_mm) = match bench.light() {
+            Light::Parallel { .. } => (direction, None),
+            Light::Point { position_mm, thickness_mm, .. } => {
+                let middle_z = if bench.exit_face() == ExitFace::Reflects { 0.0 } else { -thickness_mm };
+                ((DVec3::Z * middle_z - position_mm).normalize(), Some(position_mm.to_array()))
+            }
+        };
+        Self {
+            width_mm: bench.block().width_mm,
+            height_mm: bench.block().height_mm,
+            entry_z_mm: 0.0,
+            relief_mm: 0.0,
+            thinnest_mm: 0.0,
+            distance_mm: bench.distance_mm(),
+            window_width_mm: bench.window().width_mm,
+            window_height_mm: bench.window().height_mm,
+            window_centre_mm: bench.window_centre_mm().to_array(),
+            receiver_turned: bench.receiver().rotation().to_array(),
+            ior: bench.exit_face().ior(),
+            mirror: bench.exit_face() == ExitFace::Reflects,
+            light_direction: light_direction.to_array(),
+            source_mm,
+            skirt_mm: [0.0; 2],
+        }
+    }
+
+    /// The same with the block that stands on it.
+    pub(crate) fn with(self, solid: &Solid) -> Self {
+        let skirt = 0.5 * (solid.surface().extent().as_vec() - DVec2::new(self.width_mm, self.height_mm));
+        Self {
+            entry_z_mm: solid.entry_z_mm(),
+            relief_mm: solid.surface().relief_mm(),
+            thinnest_mm: solid.thinnest_mm(),
+            skirt_mm: skirt.to_array(),
+            ..self
+        }
+    }
+
+    /// What the exit face does.
+    pub(crate) fn exit_face(&self) -> ExitFace {
+        if self.mirror { ExitFace::Reflects } else { ExitFace::Refracts { ior: self.ior } }
+    }
+
+    /// Size of the exit face with its skirt, mm.
+    pub(crate) fn face_mm(&self) -> DVec2 {
+        DVec2::new(self.width_mm, self.height_mm) + 2.0 * DVec2::from(self.skirt_mm)
+    }
+}
+
+fn along_the_axis() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 /// Where the coordinates of the files are counted from.
@@ -85,7 +164,7 @@ impl SideFile {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
         let mut side: Self = toml::from_str(&text)
             .map_err(|error| Failure::Usage(format!("{} is no side file of a block:\n{error}", path.display())))?;
-        side.design.resolve_picture(path);
+        side.design.resolve_paths(path);
         Ok(side)
     }
 
@@ -166,6 +245,7 @@ pub(crate) fn write(path: &Path, record: &Record<'_>) -> Result<(), Failure> {
 
 fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     let Record { settings, bench, .. } = record;
+    let beside = |file: &Path| quoted(&relative_to(file, path).to_string_lossy());
     let hash = |file: &Path| sha256(file).map_err(|source| Failure::reading(file, source));
     let mut text = String::new();
     let mut line = |args: std::fmt::Arguments<'_>| {
@@ -178,15 +258,46 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         file_name(path)
     ))?;
     line(format_args!("\n[design]"))?;
-    line(format_args!("picture = {}", quoted(&relative_to(record.picture, path).to_string_lossy())))?;
+    line(format_args!("picture = {}", beside(record.picture)))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
     line(format_args!("distance = \"{}mm\"", bench.distance_mm))?;
-    line(format_args!("ior = {:?}", bench.ior))?;
+    if !bench.mirror {
+        line(format_args!("ior = {:?}", bench.ior))?;
+    }
     if let Some(thickness) = settings.thickness {
         line(format_args!("thickness = \"{}mm\"", thickness.mm))?;
     }
     if let Some(window) = settings.window {
         line(format_args!("window = \"{}mm\" # width of the picture on the receiver", window.mm))?;
+    }
+    if let Some(Shift { right, up }) = settings.shift {
+        line(format_args!("shift = \"{}mm,{}mm\" # to the right and up, as seen from the block", right.mm, up.mm))?;
+    }
+    if let Some(leaning) = settings.receiver_tilt {
+        line(format_args!("receiver-tilt = \"{leaning}\" # this side recedes: 0 top, 90 right, 180 bottom, 270 left"))?;
+    }
+    if settings.is_mirror() {
+        line(format_args!("mirror = true"))?;
+    }
+    line(format_args!("light = {}", quoted(&name_of(settings.light()))))?;
+    if let Some(tilt) = settings.tilt {
+        line(format_args!(
+            "tilt = \"{tilt}\" # the light comes from this side: 0 top, 90 right, 180 bottom, 270 left"
+        ))?;
+    }
+    if let Some(distance) = settings.source_distance {
+        line(format_args!("source-distance = \"{}mm\" # to the middle of the entry face", distance.mm))?;
+    }
+    match &settings.emission {
+        Some(Emission::Ies(file)) => line(format_args!("emission = {}", beside(file)))?,
+        Some(emission) => line(format_args!("emission = {}", quoted(&emission.to_string())))?,
+        None => {}
+    }
+    if let Some(file) = &settings.beam {
+        line(format_args!("beam = {}", beside(file)))?;
+    }
+    if let Some(skirt) = settings.skirt {
+        line(format_args!("skirt = \"{}mm\"", skirt.mm))?;
     }
     if let Some(least) = settings.min_thickness {
         line(format_args!("min-thickness = \"{}mm\"", least.mm))?;
@@ -224,7 +335,15 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         line(format_args!("finish = {}", quoted(&finish.to_string())))?;
     }
     line(format_args!("\n[bench]"))?;
-    line(format_args!("light = \"parallel, along +z, straight onto the planar entry face\""))?;
+    line(format_args!("mirror = {} # whether the exit face reflects", bench.mirror))?;
+    line(format_args!(
+        "light-direction = {:?} # {}, before it meets the block",
+        bench.light_direction,
+        if bench.source_mm.is_some() { "axis of the lamp" } else { "of parallel light" }
+    ))?;
+    if let Some(source) = bench.source_mm {
+        line(format_args!("source-mm = {source:?} # the lamp"))?;
+    }
     line(format_args!("ior = {:?}", bench.ior))?;
     line(format_args!("width-mm = {:?} # along x", bench.width_mm))?;
     line(format_args!("height-mm = {:?} # along y", bench.height_mm))?;
@@ -240,6 +359,12 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     ))?;
     line(format_args!("window-width-mm = {:?} # of the picture on the receiver", bench.window_width_mm))?;
     line(format_args!("window-height-mm = {:?}", bench.window_height_mm))?;
+    line(format_args!("window-centre-mm = {:?} # in the receiver's coordinates", bench.window_centre_mm))?;
+    line(format_args!(
+        "receiver-turned = {:?} # rotation vector, radians, about its point on the axis",
+        bench.receiver_turned
+    ))?;
+    line(format_args!("skirt-mm = {:?} # of the exit face beyond the picture's light, on every side", bench.skirt_mm))?;
     line(format_args!("picture-orientation = \"seen on the receiver from the block's side: left is +x, top is +y\""))?;
     frame(&mut line, record.solid)?;
     if let Some(done) = record.done {

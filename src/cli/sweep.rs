@@ -1,12 +1,13 @@
 //! `glasswarp verify --sweep`: how the errors change with the bench.
 
 use super::{
+    bench::scene_of,
     budget::mesh_of,
     error::Failure,
-    judge::{Examiner, Place, Subject},
+    judge::{Examiner, Subject},
     length::Length,
     plan::Plan,
-    side_file::SideFile,
+    side_file::{BenchRecord, SideFile},
 };
 use glam::DVec2;
 use glasswarp::{
@@ -106,7 +107,7 @@ impl Range {
 /// One place along the range.
 struct Point {
     value: f64,
-    bench: Place,
+    bench: BenchRecord,
     nodes: (usize, usize),
     thickness_mm: f64,
     relief_mm: f64,
@@ -203,13 +204,8 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
     let Subject::Block(block) = subject else {
         return Err(Failure::Usage("only a block can be seen on the normal-mapped plane".into()));
     };
-    let window = plan.bench.window();
-    let bench = Place {
-        ior: plan.bench.exit_face().ior(),
-        distance_mm: plan.bench.distance_mm(),
-        window_mm: DVec2::new(window.width_mm, window.height_mm),
-    };
-    let examiner = Examiner::new(bench, Some(&plan.target), pixels);
+    let bench = BenchRecord::of(&plan.bench);
+    let examiner = Examiner::new(scene_of(&bench, &plan.settings)?, Some(&plan.target), pixels);
     let mut views = Vec::new();
     for (_, surface, geometry) in VIEWS {
         let image = examiner.look(subject, surface, geometry)?.image;
@@ -337,13 +333,13 @@ fn table(quantity: Quantity, points: &[Point]) -> String {
         let _ = write!(table, ",{name}_rel_rms,{name}_ssim");
     }
     for point in points {
-        let Place { ior, distance_mm, window_mm } = point.bench;
+        let BenchRecord { ior, distance_mm, window_width_mm, .. } = point.bench;
         let _ = write!(
             table,
             "\n{},{},{distance_mm},{},{:.4},{ior},{},{:.6},{:.6},{:.6}",
             quantity.column(),
             point.value,
-            window_mm.x,
+            window_width_mm,
             point.thickness_mm,
             point.nodes.0,
             point.relief_mm,
@@ -361,6 +357,10 @@ fn table(quantity: Quantity, points: &[Point]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glasswarp::{
+        bench::{Bench, ExitFace},
+        grid::Extent,
+    };
 
     #[test]
     fn ranges_are_read_with_their_units() {
@@ -380,7 +380,7 @@ mod tests {
     fn the_law_is_found_with_its_residual() {
         let point = |distance_mm: f64, bend: f64| Point {
             value: distance_mm,
-            bench: Place { ior: 1.5, distance_mm, window_mm: DVec2::ONE },
+            bench: BenchRecord::of(&Bench::new(Extent::new(9.0, 9.0), distance_mm, ExitFace::Reflects).unwrap()),
             nodes: (9, 9),
             thickness_mm: 9.0,
             relief_mm: 1.0,

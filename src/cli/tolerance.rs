@@ -14,7 +14,7 @@ use glasswarp::{
     solver::Progress,
     surface::HeightField,
 };
-use glasswarp_verify::{Block, Image, Scene, Traversal, metrics};
+use glasswarp_verify::{Block, Image, Light, Optics, Scene, Traversal, metrics};
 
 #[derive(clap::Args)]
 pub(crate) struct ToleranceArgs {
@@ -172,16 +172,20 @@ impl Bench<'_> {
     fn changes(&self, args: &ToleranceArgs, scene: &Scene) -> Result<Vec<(String, Option<Block>, Scene)>, Failure> {
         let mut changes = Vec::new();
         for sign in [-1.0, 1.0] {
-            let ior = scene.ior + sign * args.index_off;
-            changes.push((format!("index {ior:.4} ({:+})", sign * args.index_off), None, Scene { ior, ..*scene }));
+            let ior = scene.ior() + sign * args.index_off;
+            changes.push((
+                format!("index {ior:.4} ({:+})", sign * args.index_off),
+                None,
+                Scene { optics: Optics::Refracts { ior }, ..scene.clone() },
+            ));
         }
         for sign in [-1.0, 1.0] {
             let distance_mm = scene.distance_mm + sign * args.distance_off.mm;
             let name = format!("receiver at {distance_mm} mm ({:+})", sign * args.distance_off.mm);
-            changes.push((name, None, Scene { distance_mm, ..*scene }));
+            changes.push((name, None, Scene { distance_mm, ..scene.clone() }));
         }
         for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y")] {
-            let scene = Scene { turned: axis * args.tilt.to_radians(), ..*scene };
+            let scene = Scene { turned: axis * args.tilt.to_radians(), ..scene.clone() };
             changes.push((format!("block turned by {} degrees about {name}", args.tilt), None, scene));
         }
         let (size, peak_mm) = (self.piece.surface.extent().as_vec(), 1e-3 * args.form_error);
@@ -191,12 +195,12 @@ impl Bench<'_> {
             [("hollow power", &power), ("bulging power", &|p| -power(p)), ("astigmatism", &astigmatism)];
         for (name, form) in forms {
             let block = block_of(&with_form(&self.piece.surface, form), self.piece.entry_z_mm)?;
-            changes.push((format!("form error of {} um, {name}", args.form_error), Some(block), *scene));
+            changes.push((format!("form error of {} um, {name}", args.form_error), Some(block), scene.clone()));
         }
         let off = args.thickness_off.mm;
         let thicker = block_of(&self.piece.surface, self.piece.entry_z_mm - off)?;
-        changes.push((format!("stock {off} mm thicker, receiver where it was"), Some(thicker.clone()), *scene));
-        let nearer = Scene { distance_mm: scene.distance_mm - off, ..*scene };
+        changes.push((format!("stock {off} mm thicker, receiver where it was"), Some(thicker.clone()), scene.clone()));
+        let nearer = Scene { distance_mm: scene.distance_mm - off, ..scene.clone() };
         changes.push((format!("stock {off} mm thicker, measured from the entry face"), Some(thicker), nearer));
         Ok(changes)
     }
@@ -213,10 +217,13 @@ impl Bench<'_> {
             let at = if ring == 0 { 0.0 } else { ((inner as f64 + 0.5 * members as f64) / count as f64).sqrt() };
             for k in 0..members {
                 let angle = std::f64::consts::TAU * (k as f64 + 0.5 * (ring % 2) as f64) / members as f64;
-                let light = (radius * at * DVec2::from_angle(angle)).extend(1.0);
+                let light = Light::parallel((radius * at * DVec2::from_angle(angle)).extend(1.0));
                 let traversal = if ring == 0 { Traversal::Grid } else { Traversal::Bvh };
-                let image =
-                    self.piece.look_from(&self.block, &Scene { light, traversal, ..*scene }, BEAMS_OF_A_DIRECTION)?;
+                let image = self.piece.look_from(
+                    &self.block,
+                    &Scene { light, traversal, ..scene.clone() },
+                    BEAMS_OF_A_DIRECTION,
+                )?;
                 match &mut sum {
                     None => sum = Some(image),
                     Some(sum) => sum.values.iter_mut().zip(&image.values).for_each(|(sum, v)| *sum += v),
@@ -238,7 +245,7 @@ impl Bench<'_> {
         }
         let top = self.block.height_range_mm().1;
         let fits = |distance_mm: f64| -> Result<bool, Failure> {
-            let image = self.piece.look_from(&self.block, &Scene { distance_mm, ..*scene }, BEAMS)?;
+            let image = self.piece.look_from(&self.block, &Scene { distance_mm, ..scene.clone() }, BEAMS)?;
             Ok(self.piece.compare(&image)?.rel_rms <= limit)
         };
         let end = |furthest: f64| -> Result<Option<f64>, Failure> {

@@ -1,10 +1,11 @@
 //! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
 
 use super::{
+    bench::{exit_face_in_words, exit_face_of, scene_of},
     budget, diagnosis,
     error::Failure,
     finish::Finished,
-    judge::{self, Examiner, Judgement, Place, Subject},
+    judge::{self, Examiner, Judgement, Subject},
     length::Length,
     plan::open_target,
     settings::TransferName,
@@ -15,7 +16,7 @@ use super::{
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
 use glasswarp::target::{TargetIrradiance, Transfer};
-use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, picture};
+use glasswarp_verify::{Fresnel, Image, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -192,10 +193,10 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
     let subject = Subject::open(block, origin)?;
-    let place = place(block, args, side.as_ref(), &subject, target.as_ref())?;
+    let scene = scene(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
-    let examiner =
-        Examiner::new(place, target.as_ref(), args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
+    let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
+        .seeing(args.surface.map(Surface::from), fresnel);
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,
@@ -223,19 +224,19 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         Subject::Solid(_) => "solid, traced as its flat triangles",
     };
     println!(
-        "{}: {what}, {:.2} x {:.2} mm, index {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
+        "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
         block.display(),
         size.x,
         size.y,
-        place.ior,
-        place.distance_mm,
+        exit_face_in_words(exit_face_of(&scene)),
+        scene.distance_mm,
         if matches!(subject, Subject::Block(_)) { "the mean exit plane" } else { "z = 0" },
-        place.window_mm.x,
-        place.window_mm.y,
+        scene.window.size_mm.x,
+        scene.window.size_mm.y,
         offset.map(|offset| format!(", offset {offset}")).unwrap_or_default()
     );
     judgement.print();
-    budget::print(&steps, place.distance_mm);
+    budget::print(&steps, scene.distance_mm);
     // A block that has not been finished yet is judged as it will be.
     let finish = side.as_ref().filter(|side| side.work.is_none()).and_then(|side| side.design.finish);
     let finished = finish
@@ -271,24 +272,35 @@ fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrra
     Ok((Some(target), Some(offset)))
 }
 
-fn place(
+/// The bench: what the side file says, and flags say otherwise.
+fn scene(
     block: &Path,
     args: &LookArgs,
     side: Option<&SideFile>,
     subject: &Subject,
     target: Option<&TargetIrradiance>,
-) -> Result<Place, Failure> {
-    let recorded = side.map(|side| Place::from(&side.bench));
-    let ior = args.ior.or(recorded.map(|place| place.ior)).ok_or_else(|| no_side_file(block))?;
-    let distance = args.distance.map(|length| length.mm).or(recorded.map(|place| place.distance_mm));
-    let natural = recorded.map_or(subject.size_mm(), |place| place.window_mm);
-    let window_mm = args.window.map_or(natural, |window| {
+) -> Result<Scene, Failure> {
+    let distance = args.distance.map(|length| length.mm);
+    let mut scene = match (side, args.ior, distance) {
+        (Some(side), ..) => scene_of(&side.bench, &side.design)?,
+        (None, Some(ior), Some(distance_mm)) => {
+            let window = Window { size_mm: subject.size_mm(), centre_mm: DVec2::ZERO, nx: 1, ny: 1 };
+            Scene::new(ior, distance_mm, window)
+        }
+        _ => return Err(no_side_file(block)),
+    };
+    scene.distance_mm = distance.unwrap_or(scene.distance_mm);
+    if let (Some(ior), Optics::Refracts { .. }) = (args.ior, scene.optics) {
+        scene.optics = Optics::Refracts { ior };
+    }
+    if let Some(window) = args.window {
+        let natural = scene.window.size_mm;
         let aspect =
             target.map_or(natural.y / natural.x, |target| target.cells().ny() as f64 / target.cells().nx() as f64);
         let width = window.width.mm;
-        DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm))
-    });
-    Ok(Place { ior, distance_mm: distance.ok_or_else(|| no_side_file(block))?, window_mm })
+        scene.window.size_mm = DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm));
+    }
+    Ok(scene)
 }
 
 /// What may be wrong with a block that was not designed as it lies here.

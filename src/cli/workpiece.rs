@@ -1,8 +1,9 @@
 //! A block from a file, on its bench, as something that is worked on and looked at again.
 
 use super::{
+    bench::scene_of,
     error::Failure,
-    judge::{self, Examiner, Place, Subject},
+    judge::{self, Examiner, Subject},
     plan::open_target,
     side_file::SideFile,
 };
@@ -23,7 +24,6 @@ pub(crate) struct Workpiece {
     pub(crate) side: SideFile,
     pub(crate) surface: HeightField,
     pub(crate) entry_z_mm: f64,
-    pub(crate) place: Place,
     pub(crate) examiner: Examiner,
     pub(crate) exposure: Exposure,
 }
@@ -46,11 +46,10 @@ impl Workpiece {
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
         let target = open_target(picture, transfer, offset)?;
-        let place = Place::from(&side.bench);
-        let examiner = Examiner::new(place, Some(&target), pixels);
+        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&target), pixels);
         let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));
         let (surface, entry_z_mm) = (surface_of(&block), block.entry_z_mm() - block.mean_exit_z_mm());
-        Ok(Self { side, surface, entry_z_mm, place, examiner, exposure })
+        Ok(Self { side, surface, entry_z_mm, examiner, exposure })
     }
 
     /// The light of a face on this block.

@@ -1,6 +1,7 @@
 //! The scallops between rows, in closed form.
 
 use super::Cutter;
+use crate::bench::ExitFace;
 
 /// The ridges that a cutter leaves between its rows on a gentle face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,12 +41,17 @@ impl Scallop {
         Self { step_over_mm: self.step_over_mm, height_mm, slope }
     }
 
-    /// How far to either side the slope throws the light on a receiver, mm: `(n - 1) D s / (2 r)` for small slopes, by
-    /// Snell's law for all. Infinite where it is totally reflected.
-    pub fn spread_mm(&self, ior: f64, distance_mm: f64) -> f64 {
+    /// How far to either side the slope throws straight light on a receiver, mm: `(n - 1) D s / (2 r)` for small slopes, by
+    /// Snell's law for all, twice the slope off a mirror. Infinite where it is totally reflected.
+    pub fn spread_mm(&self, exit_face: ExitFace, distance_mm: f64) -> f64 {
         let tilt = self.slope.atan();
-        let sine = ior * tilt.sin();
-        if sine < 1.0 { distance_mm * (sine.asin() - tilt).tan() } else { f64::INFINITY }
+        match exit_face {
+            ExitFace::Reflects => distance_mm * (2.0 * tilt).tan(),
+            ExitFace::Refracts { ior } if ior * tilt.sin() < 1.0 => {
+                distance_mm * ((ior * tilt.sin()).asin() - tilt).tan()
+            }
+            ExitFace::Refracts { .. } => f64::INFINITY,
+        }
     }
 }
 
@@ -61,7 +67,10 @@ mod tests {
         {
             let scallop = Scallop::of(Cutter::ball(radius).unwrap(), step_over).unwrap();
             assert!((1e3 * scallop.height_mm - height).abs() < 5e-3 * height, "{scallop:?}");
-            assert!((scallop.spread_mm(1.49, 500.0) - spread).abs() < 5e-3 * spread, "{scallop:?}");
+            assert!(
+                (scallop.spread_mm(ExitFace::Refracts { ior: 1.49 }, 500.0) - spread).abs() < 5e-3 * spread,
+                "{scallop:?}"
+            );
         }
         assert_eq!(Scallop::of(Cutter::flat(3.0).unwrap(), 0.1), None);
         assert_eq!(Scallop::of(Cutter::ball(3.0).unwrap(), 6.0), None);

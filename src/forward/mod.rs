@@ -155,9 +155,7 @@ struct Corner {
 /// Where the ray that leaves the block at `from` lands, mm; not finite if it is totally reflected.
 fn land(incoming: &Incoming, bench: &Bench, from: DVec3, slope: DVec2) -> DVec2 {
     match Interface::new(bench.exit_face(), incoming.direction).exitant(slope) {
-        Some(exitant) if exitant.z > 0.0 => {
-            from.truncate() + exitant.truncate() * ((bench.distance_mm() - from.z) / exitant.z)
-        }
+        Some(exitant) if exitant.z > 0.0 => bench.receiver().landing(from, exitant),
         _ => DVec2::NAN,
     }
 }
@@ -218,7 +216,7 @@ mod tests {
         let near = Bench::new(BLOCK, 90.0, ExitFace::Reflects).unwrap();
         for (intensity, power) in [(Intensity::Isotropic, 1.5), (Intensity::Lambertian, 2.0)] {
             let source = DVec3::new(12.0, -5.0, 60.0);
-            let bench = near.with_point_source(source, 0.0, intensity).unwrap();
+            let bench = near.clone().with_point_source(source, 0.0, intensity).unwrap();
             let caustic = irradiance(&spline(|_| 0.0), &bench, Geometry::Displaced, (800, 600), (20, 15));
             let fall_off = |i: usize, j: usize| {
                 let at = BLOCK.lower() + DVec2::new(i as f64 + 0.5, j as f64 + 0.5) * 2.0;

@@ -3,13 +3,14 @@
 //! Node grids span a rectangle edge to edge; cell grids tile it. Both are row-major: row `j` runs along `+y`, column `i`
 //! along `+x`.
 
+mod convolve;
 pub mod dct;
 mod field;
 mod outline;
 mod resample;
 
+pub use convolve::Convolution;
 pub use field::Field;
-pub(crate) use outline::Level;
 pub use outline::{Contour, Outline};
 pub use resample::{area_resample, bilinear_resample};
 

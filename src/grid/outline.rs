@@ -70,12 +70,6 @@ impl Contour {
         Self { radius: self.radius * share, ..self }
     }
 
-    /// The same, moved inwards by this much (outwards, if it is negative), mm.
-    pub(crate) fn inset(self, by_mm: f64) -> Self {
-        let radius = if self.is_rectangle() { self.radius } else { (self.radius - by_mm).max(DVec2::ZERO) };
-        Self { half: (self.half - by_mm).max(DVec2::ZERO), radius }
-    }
-
     /// Enclosed area, mm².
     pub fn area_mm2(&self) -> f64 {
         4.0 * self.half.x * self.half.y - (4.0 - PI) * self.radius.x * self.radius.y

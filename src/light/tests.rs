@@ -7,9 +7,9 @@ fn waves() -> Vec<PointWave> {
     let mut waves = Vec::new();
     for intensity in [Intensity::Isotropic, Intensity::Lambertian] {
         for (bench, at) in [
-            (glass, DVec3::new(0.0, 0.0, -70.0)),
-            (glass, DVec3::new(15.0, -25.0, -60.0)),
-            (mirror, DVec3::new(-10.0, 30.0, 80.0)),
+            (glass.clone(), DVec3::new(0.0, 0.0, -70.0)),
+            (glass.clone(), DVec3::new(15.0, -25.0, -60.0)),
+            (mirror.clone(), DVec3::new(-10.0, 30.0, 80.0)),
         ] {
             waves.push(PointWave::of(&bench.with_point_source(at, 12.0, intensity).unwrap()).unwrap());
         }

@@ -259,7 +259,7 @@ mod tests {
     #[test]
     fn the_notes_name_units_sizes_and_heights_from_the_origin() {
         let rim = Some(Rim { width_mm: 5.0, rise_mm: -4.0, mark_mm: Some(3.0) });
-        let solid = solid(Shape { rim, origin: Origin::Corner });
+        let solid = solid(Shape { rim, origin: Origin::Corner, ..Shape::default() });
         let notes = notes(&solid, 250.0, 3.0).join("\n");
         let mean = -solid.entry_z_mm();
         for part in [

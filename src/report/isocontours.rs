@@ -63,6 +63,11 @@ fn rounded(mm: f64) -> f64 {
     (mm * 1e6).round() / 1e6
 }
 
+/// The lines without a sheet or a caption.
+pub(super) fn plain(surface: &HeightField, longest_px: u32) -> GrayImage {
+    drawing(surface, contour_interval_mm(surface), longest_px)
+}
+
 fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> GrayImage {
     let size = surface.extent().as_vec();
     let longest = f64::from(longest_px.max(64));

@@ -5,6 +5,8 @@ mod budget;
 mod contact;
 mod curves;
 mod drawing;
+#[cfg(feature = "cli")]
+mod html;
 mod ink;
 mod isocontours;
 mod pictures;
@@ -14,6 +16,8 @@ pub use budget::{BudgetStep, budget_sheet};
 pub use contact::{Captioned, contact_sheet, map};
 pub use curves::{Curve, curves};
 pub use drawing::dimensioned_drawing;
+#[cfg(feature = "cli")]
+pub use html::{Cost, Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
 pub use isocontours::{contour_interval_mm, isocontours};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
 

@@ -142,11 +142,12 @@ impl Solid {
     /// A stock too thin for the relief, heights that are not finite, more or denser nodes than `f32` mesh files can
     /// tell apart, or a rim that does not fit the face.
     pub fn shaped(surface: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
+        shape.check(surface.extent())?;
+        let surface = surface.with_skirt(shape.skirt_mm);
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
-        shape.check(extent)?;
-        if shape.rim.is_some() && !surface.contour().is_rectangle() {
-            return Err(SolidError::RimOutline);
+        if !surface.contour().is_rectangle() && (shape.rim.is_some() || shape.skirt_mm > 0.0) {
+            return Err(SolidError::Outline);
         }
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
             return Err(SolidError::TooManyNodes { nx, ny });
@@ -166,8 +167,8 @@ impl Solid {
         if let Some(k) = field.as_slice().iter().position(|z| !z.is_finite()) {
             return Err(SolidError::NotFinite { i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
         }
-        let spline = SurfaceSpline::through(surface);
-        let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(surface, &spline) };
+        let spline = SurfaceSpline::through(&surface);
+        let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(&surface, &spline) };
         let heights = border.iter().map(|(_, height)| *height);
         let (low, high) = heights.fold(surface.range_mm(), |(low, high), z| (low.min(z), high.max(z)));
         let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;

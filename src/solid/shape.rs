@@ -66,6 +66,9 @@ impl fmt::Display for Origin {
 /// Everything about a block that is not its optical face or its stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shape {
+    /// How far the exit face goes on, straight, beyond the part that draws the picture, mm, rounded up to whole cells: light from
+    /// the side then enters through the entry face, and not through a wall.
+    pub skirt_mm: f64,
     /// A frame around the exit face.
     pub rim: Option<Rim>,
     /// Where coordinates are counted from.
@@ -82,8 +85,12 @@ impl Shape {
     /// Refuses what no block of this size can have, before a surface is solved for.
     ///
     /// # Errors
-    /// [`SolidError::RimWidth`], [`SolidError::Mark`] or [`SolidError::RimHeight`].
+    /// [`SolidError::Skirt`], [`SolidError::RimWidth`], [`SolidError::Mark`] or [`SolidError::RimHeight`].
     pub fn check(&self, face: Extent) -> Result<(), SolidError> {
+        let greatest_mm = face.width_mm.min(face.height_mm);
+        if !(0.0..=greatest_mm).contains(&self.skirt_mm) {
+            return Err(SolidError::Skirt { width_mm: self.skirt_mm, greatest_mm });
+        }
         let Some(rim) = self.rim else { return Ok(()) };
         let (least_mm, greatest_mm) = (0.5, face.width_mm.min(face.height_mm));
         if !(least_mm..=greatest_mm).contains(&rim.width_mm) {

@@ -44,6 +44,11 @@ impl Stock {
         Self { least_mm, ..self }
     }
 
+    /// What must remain at the thinnest place, mm.
+    pub const fn least_mm(self) -> f64 {
+        self.least_mm
+    }
+
     /// Refuses thicknesses that no relief at all would fit, before a surface is solved for.
     ///
     /// # Errors

@@ -39,6 +39,24 @@ fn blocks_of_any_aspect_and_size_are_sound() {
 }
 
 #[test]
+fn a_skirt_widens_the_block_and_leaves_the_face_where_it_is() {
+    let surface = surface(Extent::new(100.0, 60.0), 41, 29, |x, y| 0.2 * wavy(x, y));
+    let shape = Shape { skirt_mm: 3.0, ..Shape::default() };
+    let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), shape).unwrap();
+    let proved = solid.check().unwrap();
+    let wide = surface.with_skirt(3.0);
+    assert_eq!(solid.stock_extent(), Extent::new(110.0, wide.extent().height_mm));
+    assert_eq!(solid.surface(), &wide);
+    let plain = Solid::new(&wide, Stock::of_thickness(16.0)).unwrap();
+    assert!((proved.volume_mm3 - plain.volume_mm3()).abs() < 1e-6 * proved.volume_mm3);
+    for bad in [-1.0, f64::NAN, 61.0] {
+        let shape = Shape { skirt_mm: bad, ..Shape::default() };
+        let refused = Solid::shaped(&surface, Stock::of_thickness(16.0), shape);
+        assert!(matches!(refused, Err(SolidError::Skirt { .. })), "{bad}");
+    }
+}
+
+#[test]
 fn rims_marks_and_origins_of_all_kinds_are_sound() {
     for (width, height, nx, ny) in [(100.0, 60.0, 41, 29), (12.0, 90.0, 4, 61), (50.0, 50.0, 97, 97)] {
         let surface = surface(Extent::new(width, height), nx, ny, |x, y| 0.2 * wavy(x, y));
@@ -47,7 +65,8 @@ fn rims_marks_and_origins_of_all_kinds_are_sound() {
             [(5.0, 0.06, None), (5.0, 4.0, Some(5.0)), (0.5, low - high - 0.06, Some(0.5)), (12.0, -9.0, Some(7.0))]
         {
             for origin in Origin::ALL {
-                let shape = Shape { rim: Some(Rim { width_mm: rim_width, rise_mm, mark_mm }), origin };
+                let rim = Some(Rim { width_mm: rim_width, rise_mm, mark_mm });
+                let shape = Shape { rim, origin, ..Shape::default() };
                 let solid = Solid::shaped(&surface, Stock::of_thickness(16.0), shape).unwrap();
                 let proved = solid.check().unwrap_or_else(|fault| panic!("{width} x {height}, {shape:?}: {fault}"));
                 let plain = Solid::new(&surface, Stock::of_thickness(16.0 - rise_mm.max(0.0))).unwrap().volume_mm3();
@@ -72,7 +91,7 @@ fn rims_marks_and_origins_of_all_kinds_are_sound() {
 fn rims_that_do_not_fit_are_refused_with_their_limits() {
     let surface = surface(Extent::new(60.0, 40.0), 31, 21, wavy);
     let made = |width_mm, rise_mm, mark_mm| {
-        let shape = Shape { rim: Some(Rim { width_mm, rise_mm, mark_mm }), origin: Origin::Exit };
+        let shape = Shape { rim: Some(Rim { width_mm, rise_mm, mark_mm }), origin: Origin::Exit, ..Shape::default() };
         Solid::shaped(&surface, Stock::of_thickness(16.0), shape).map(drop)
     };
     for width in [0.0, -4.0, 41.0, f64::NAN] {

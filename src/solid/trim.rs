@@ -186,7 +186,7 @@ mod tests {
             for nodes in [(9, 9), (10, 12), (64, 41), (101, 101), (257, 200)] {
                 for origin in Origin::ALL {
                     let face = surface(extent, outline, nodes);
-                    let solid = Solid::shaped(&face, Stock::default(), Shape { rim: None, origin }).unwrap();
+                    let solid = Solid::shaped(&face, Stock::default(), Shape { origin, ..Shape::default() }).unwrap();
                     let proof = solid.check();
                     assert!(proof.is_ok(), "{outline:?} in {extent:?}, {nodes:?} nodes: {proof:?}");
                     let [x, y, z] = solid.bounds().1;
@@ -231,6 +231,6 @@ mod tests {
         let face = surface(Extent::new(60.0, 60.0), Outline::Circle, (41, 41));
         let rim = Some(Rim { width_mm: 5.0, rise_mm: 1.0, mark_mm: None });
         let error = Solid::shaped(&face, Stock::default(), Shape { rim, ..Shape::default() }).unwrap_err();
-        assert!(matches!(error, SolidError::RimOutline), "{error}");
+        assert!(matches!(error, SolidError::Outline), "{error}");
     }
 }

@@ -13,8 +13,10 @@ pub use polish::{Polish, PolishError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
 use crate::grid::{Contour, Extent, Field, Outline};
+use glam::DVec2;
 
-/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0.
+/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0, but for
+/// those of a [skirt](Self::with_skirt).
 ///
 /// Nodes beyond the outline carry a smooth continuation, which the spline through the nodes needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,6 +60,46 @@ impl HeightField {
     /// With fewer than 4 nodes along a side.
     pub fn with_heights(&self, heights_mm: Field<f64>) -> Self {
         Self::outlined(self.extent, self.outline, heights_mm)
+    }
+
+    /// The same face, which goes on straight beyond its border by at least this much, mm. Heights stay as they are: their mean is 0
+    /// without the skirt.
+    pub fn with_skirt(&self, least_mm: f64) -> Self {
+        let old = &self.heights_mm;
+        let (nx, ny) = (old.nx(), old.ny());
+        let spacing = self.extent.node_spacing(nx, ny);
+        let cells = (DVec2::splat(least_mm) / spacing - 1e-9).ceil().max(DVec2::ZERO);
+        let (cx, cy) = (cells.x as usize, cells.y as usize);
+        if cx + cy == 0 {
+            return self.clone();
+        }
+        // The value and the slope per node at an end of a line, to second order.
+        let end = |a: f64, b: f64, c: f64| (a, 1.5 * a - 2.0 * b + 0.5 * c);
+        let beyond = |k: usize, before: usize, n: usize| match k.checked_sub(before) {
+            None => (0, (before - k) as f64),
+            Some(inside) if inside >= n => (n - 1, (inside - (n - 1)) as f64),
+            Some(inside) => (inside, 0.0),
+        };
+        let along_x = |i: usize, j: usize| {
+            let (at, out) = beyond(i, cx, nx);
+            let inwards = |steps: usize| old[(if at == 0 { steps } else { at - steps }, j)];
+            if out == 0.0 {
+                return old[(at, j)];
+            }
+            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
+            value + out * slope
+        };
+        let heights = Field::from_fn(nx + 2 * cx, ny + 2 * cy, |i, j| {
+            let (at, out) = beyond(j, cy, ny);
+            if out == 0.0 {
+                return along_x(i, at);
+            }
+            let inwards = |steps: usize| along_x(i, if at == 0 { steps } else { at - steps });
+            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
+            value + out * slope
+        });
+        let size = self.extent.as_vec() + 2.0 * cells * spacing;
+        Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
     }
 
     /// Size of the face.
@@ -121,4 +163,35 @@ fn within<'a>(contour: &'a Contour, heights: &'a Field<f64>) -> impl Iterator<It
         .enumerate()
         .filter(move |(k, _)| contour.contains(extent.node(k % nx, k / nx, nx, ny)))
         .map(|(_, &z)| z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_skirt_goes_on_straight_and_leaves_the_face_as_it_is() {
+        let face = HeightField::new(
+            Extent::new(8.0, 6.0),
+            Field::from_fn(9, 7, |i, j| 0.1 * i as f64 - 0.2 * j as f64 + 0.05 * (i * j) as f64),
+        );
+        let wide = face.with_skirt(1.5);
+        assert_eq!(wide.extent(), Extent::new(12.0, 10.0));
+        let (old, new) = (face.heights_mm(), wide.heights_mm());
+        assert_eq!((new.nx(), new.ny()), (13, 11));
+        for j in 0..7 {
+            for i in 0..9 {
+                assert_eq!(new[(i + 2, j + 2)], old[(i, j)]);
+            }
+        }
+        // A bilinear function is met everywhere.
+        let constant = old[(0, 0)];
+        let f = |x: f64, y: f64| constant + 0.1 * x - 0.2 * y + 0.05 * x * y;
+        for j in 0..11 {
+            for i in 0..13 {
+                assert!((new[(i, j)] - f(i as f64 - 2.0, j as f64 - 2.0)).abs() < 1e-12, "{i}, {j}");
+            }
+        }
+        assert_eq!(face.with_skirt(0.0), face);
+    }
 }

@@ -1,8 +1,16 @@
 //! From a picture to the irradiance that the receiver shall get.
 
+mod caustic;
+mod deconvolve;
+mod imperfect;
 mod picture;
+mod psf;
 
+pub use caustic::{CausticMesh, CausticMeshError};
+pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, Ending};
+pub use imperfect::{ImperfectLight, SourceSize};
 pub use picture::{Picture, PictureError, Transfer};
+pub use psf::{Psf, PsfError, PsfPicture};
 
 use crate::grid::{Field, area_resample};
 

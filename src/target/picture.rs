@@ -2,7 +2,7 @@ use crate::{grid::Field, target::TargetIrradiance};
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::{
     fs::File,
-    io::{self, BufReader},
+    io::{self, BufRead, BufReader, Seek},
     path::Path,
 };
 
@@ -43,6 +43,7 @@ pub struct Picture {
 
 /// Why a picture cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum PictureError {
     /// The file cannot be read.
     #[error("the picture cannot be read")]
@@ -63,6 +64,21 @@ pub enum PictureError {
         /// Its value.
         value: f64,
     },
+    /// More memory than was allowed.
+    #[error(
+        "the picture has {width} x {height} pixels, which take {} MB of memory to read, and {} MB are allowed: make it smaller",
+        needed >> 20, allowed >> 20
+    )]
+    Memory {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+        /// Bytes that it takes.
+        needed: u64,
+        /// Bytes that it may take.
+        allowed: u64,
+    },
     /// Too few or too many pixels.
     #[error("the picture has {width} x {height} pixels; it needs between {least} and {greatest} along each side")]
     Size {
@@ -77,14 +93,19 @@ pub enum PictureError {
     },
 }
 
+/// Bytes of a pixel as light.
+const LIGHT_BYTES: u64 = 8;
+/// Rows that are turned into light together.
+const STRIP: u32 = 64;
+
 /// Luminance weights of linear Rec. 709 primaries.
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 impl Picture {
     /// Greatest number of pixels along a side.
     pub const GREATEST_SIDE: usize = 16_384;
-    /// Memory that decoding may take, bytes.
-    const DECODER_MEMORY: u64 = 2 << 30;
+    /// Memory that [`open`](Self::open) takes at most, bytes: enough for the greatest picture with 8 bits per colour and alpha.
+    pub const MEMORY: u64 = 4 << 30;
 
     /// Takes linear light on a 0..1 scale, row 0 on top.
     ///
@@ -108,52 +129,71 @@ impl Picture {
     /// # Errors
     /// A file that cannot be read or decoded, or holds values that are no light.
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
-        let mut magic = [0; 4];
-        let is_exr =
-            io::Read::read_exact(&mut File::open(path)?, &mut magic).is_ok() && magic == [0x76, 0x2f, 0x31, 0x01];
-        if is_exr { Self::open_exr(path, transfer) } else { Self::open_integer(path, transfer) }
+        Self::read(BufReader::new(File::open(path)?), transfer, Self::MEMORY)
     }
 
-    fn open_integer(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
-        let reader = ImageReader::new(BufReader::new(File::open(path)?)).with_guessed_format()?;
+    /// The same from anything that can be read, a file in memory for instance, in at most so many bytes of memory besides
+    /// what the decoder of a valid file of its length takes: a picture that claims more is refused before it is decoded.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open), and [`PictureError::Memory`].
+    pub fn read(mut file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
+        let is_exr = file.fill_buf()?.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
+        if is_exr { Self::read_exr(file, transfer, memory) } else { Self::read_integer(file, transfer, memory) }
+    }
+
+    fn read_integer(file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
+        let mut limits = Limits::default();
+        limits.max_alloc = Some(memory);
+        let mut reader = ImageReader::new(file).with_guessed_format()?;
+        reader.limits(limits.clone());
         let mut decoder = reader.into_decoder()?;
         let (width, height) = decoder.dimensions();
-        check_size(width as usize, height as usize)?;
-        let mut limits = Limits::default();
-        limits.max_alloc = Some(Self::DECODER_MEMORY);
+        let (nx, ny) = (width as usize, height as usize);
+        check_size(nx, ny)?;
+        check_memory((nx, ny), decoder.total_bytes() + LIGHT_BYTES * nx as u64 * ny as u64, memory)?;
         decoder.set_limits(limits)?;
         let has_float = matches!(decoder.color_type(), ColorType::Rgb32F | ColorType::Rgba32F);
         let transfer = transfer.unwrap_or(if has_float { Transfer::Linear } else { Transfer::Srgb });
         let image = DynamicImage::from_decoder(decoder)?;
-        let (nx, ny) = (width as usize, height as usize);
         let grey_only = !image.color().has_color();
-        let values: Vec<f64> = if has_float {
-            image.into_rgba32f().pixels().map(|p| luminance(p.0.map(f64::from), transfer, grey_only)).collect()
-        } else {
-            let scale = f64::from(u16::MAX);
-            image
-                .into_rgba16()
-                .pixels()
-                .map(|p| luminance(p.0.map(|v| f64::from(v) / scale), transfer, grey_only))
-                .collect()
-        };
+        let mut values = Vec::with_capacity(nx * ny);
+        // In strips, so that the picture is never held a third time.
+        for top in (0..height).step_by(STRIP as usize) {
+            let strip = image.crop_imm(0, top, width, STRIP.min(height - top));
+            if has_float {
+                let pixels = strip.into_rgba32f();
+                values.extend(pixels.pixels().map(|p| luminance(p.0.map(f64::from), transfer, grey_only)));
+            } else {
+                let scale = f64::from(u16::MAX);
+                let pixels = strip.into_rgba16();
+                values
+                    .extend(pixels.pixels().map(|p| luminance(p.0.map(|v| f64::from(v) / scale), transfer, grey_only)));
+            }
+        }
         Self::from_values(Field::from_vec(nx, ny, values))
     }
 
-    fn open_exr(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
+    fn read_exr(mut file: impl BufRead + Seek, transfer: Option<Transfer>, memory: u64) -> Result<Self, PictureError> {
         use exr::prelude::*;
         let transfer = transfer.unwrap_or(Transfer::Linear);
-        let meta = exr::meta::MetaData::read_from_file(path, false)?;
+        let start = file.stream_position()?;
+        let meta = exr::meta::MetaData::read_from_buffered(&mut file, false)?;
         for header in &meta.headers {
-            check_size(header.layer_size.width(), header.layer_size.height())?;
+            let (nx, ny) = (header.layer_size.width(), header.layer_size.height());
+            check_size(nx, ny)?;
+            // Every colour is widened to eight bytes before they are added up.
+            let pixel = header.channels.bytes_per_pixel as u64 + 3 * 8 + LIGHT_BYTES;
+            check_memory((nx, ny), pixel.saturating_mul((nx * ny) as u64), memory)?;
         }
+        file.seek(io::SeekFrom::Start(start))?;
         let mut image = read()
             .no_deep_data()
             .largest_resolution_level()
             .all_channels()
             .first_valid_layer()
             .all_attributes()
-            .from_file(path)?;
+            .from_buffered(file)?;
         let layer = &mut image.layer_data;
         let (nx, ny) = (layer.size.width(), layer.size.height());
         let named = |names: &[&str]| {
@@ -197,6 +237,10 @@ fn luminance([r, g, b, a]: [f64; 4], transfer: Transfer, grey_only: bool) -> f64
         [r, g, b].iter().zip(LUMINANCE).map(|(&v, weight)| weight * transfer.to_linear(v)).sum()
     };
     light * a
+}
+
+fn check_memory((width, height): (usize, usize), needed: u64, allowed: u64) -> Result<(), PictureError> {
+    if needed > allowed { Err(PictureError::Memory { width, height, needed, allowed }) } else { Ok(()) }
 }
 
 fn check_size(width: usize, height: usize) -> Result<(), PictureError> {

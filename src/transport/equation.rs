@@ -108,7 +108,7 @@ impl<'a> Equation<'a> {
                     let (residual, slope, of_mu) = convex(a, light[i] * growth);
                     out[i] = residual as f32;
                     let weight = trapezoid(i, nx) * trapezoid(j, ny);
-                    let (height, by_u) = self.path.height(&ray);
+                    let (height, by_u) = self.path.height(y, &ray);
                     sums[0] += residual * residual;
                     let area = self.path.lens_area(&ray, &jet, light[i]);
                     sums[1] += weight * area * height;

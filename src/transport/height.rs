@@ -6,9 +6,10 @@
 
 use super::{
     carry::Carrier,
-    equation::Equation,
     newton::Criterion,
+    path::OpticalPath,
     pyramid::{FORCING, RMS, STAGE, Solved, record},
+    uneven,
 };
 use crate::{
     bench::Bench,
@@ -28,11 +29,11 @@ const ENOUGH: f64 = 2e-5;
 pub(super) fn settle(solved: &mut Solved, bench: &Bench, nodes: (usize, usize), summary: &mut Summary) {
     let Light::Point { position_mm, .. } = bench.light() else { return };
     let near_mm = bench.distance_mm().min(position_mm.z.abs());
-    let equation = Equation::new(bench, solved.grid, &solved.light);
+    let path = OpticalPath::new(bench);
     let mut carrier = Carrier::new(bench.contour(), nodes);
     for _ in 0..CORRECTIONS {
         let began = Instant::now();
-        let carried = carrier.heights(&equation.path, &solved.state.spline);
+        let carried = carrier.heights(&path, &solved.state.spline);
         let mean = carried.mean_mm(bench);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
         if carried.missed > 0 || mean.is_nan() || mean.abs() < ENOUGH * near_mm {
@@ -41,7 +42,7 @@ pub(super) fn settle(solved: &mut Solved, bench: &Bench, nodes: (usize, usize), 
         solved.newton.height_mm -= mean;
         let mut state = solved.state.clone();
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
-        match solved.newton.run(&equation, &mut state, criterion) {
+        match uneven::run(&mut solved.newton, bench, solved.grid, &solved.light, &mut state, criterion) {
             Some(outcome) if outcome.termination == Termination::Converged => {
                 solved.state = state;
                 summary.levels.push(record(STAGE.into(), solved.grid, outcome, began));

@@ -15,6 +15,7 @@ mod rounds;
 mod soften;
 mod spline;
 mod start;
+mod uneven;
 
 pub use options::{BlackFloor, Options, OptionsError, Quality};
 

@@ -20,11 +20,22 @@
 //! face, behind which the wave goes on as a wave of the same kind: `b = b_flat(y) + kappa u`.
 //!
 //! The equation does not notice: `footprint_jacobian` has it all.
+//!
+//! # A receiver that leans
+//!
+//! `y` and `s` are then coordinates in its plane and of the ray along it, `Y = C + R (y, 0)`, `b` is a function on the plane, and
+//! its gradient is still `s`. With the frame turned by `R` the light arrives obliquely, `N' = R^T N`, which is a case that is already
+//! there. Only where the block counts does the frame come in: `X = Y - l R (s, c)`, and the footprint, being the crossing of the
+//! plane `z = 0` along `N`, is an affine image of the crossing of a plane along the receiver: `A = M A'`, `M = (I | -N_t/N_z) R`
+//! without its last column.
 
 mod point;
 
-use crate::{bench::Bench, light::outer};
-use glam::{DMat2, DVec2, DVec3};
+use crate::{
+    bench::{Bench, Receiver},
+    light::outer,
+};
+use glam::{DMat2, DMat3, DVec2, DVec3};
 use point::{PointRay, PointSource};
 
 /// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
@@ -46,68 +57,107 @@ impl Jet {
 /// The relation for one bench; see the [module](self).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct OpticalPath {
-    /// Tangential and axial part of `N`.
-    tangential: DVec2,
-    axial: f64,
-    distance_mm: f64,
-    /// `b = N_t . y + flat_cos D + kappa u`: a flat face has `u = 0`.
+    receiver: Receiver,
+    /// `N`, and the ray behind a flat face; both in the frame of the bench.
+    incident: DVec3,
+    flat: DVec3,
+    /// `b = flat . Y + kappa u`: a flat face has `u = 0`.
     kappa: f64,
-    flat_cos: f64,
-    /// Tangent of the incidence: light that passes `(x, h)` crosses the plane `z = 0` at `x - tilt h`.
-    tilt: DVec2,
+    /// The constants of parallel light, in the frame of the receiver.
+    constant: Arrived,
+    flat_tangential: DVec2,
     /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of the middle of the face.
     point: Option<PointSource>,
+}
+
+/// The light where a ray leaves the block, in the frame of the receiver.
+#[derive(Clone, Copy, Debug)]
+struct Arrived {
+    /// `N`: its parts along the receiver and across it.
+    tangential: DVec2,
+    axial: f64,
+    /// Their quotient: light that is `z` before a plane along the receiver crosses it `tilt z` further on.
+    tilt: DVec2,
+    /// `M`, from crossings of such a plane to those of the block's plane `z = 0`.
+    crossing: DMat2,
+}
+
+impl Arrived {
+    fn new(incident: DVec3, axes: &DMat3) -> Self {
+        let turned = axes.transpose() * incident;
+        let tilt = incident.truncate() / incident.z;
+        let crossing = DMat2::from_cols(axes.x_axis.truncate(), axes.y_axis.truncate())
+            - outer(tilt, DVec2::new(axes.x_axis.z, axes.y_axis.z));
+        Self { tangential: turned.truncate(), axial: turned.z, tilt: turned.truncate() / turned.z, crossing }
+    }
 }
 
 /// The ray that lands on one point of the receiver.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ray {
-    /// Its direction in air: tangential part and cosine.
+    /// Its direction in air: the part along the receiver and that across it.
     s: DVec2,
     c: f64,
     /// Its length from the block to the receiver, mm.
     length: f64,
     q: f64,
-    /// `N` where it leaves the block, and its tangent.
-    tangential: DVec2,
-    axial: f64,
-    tilt: DVec2,
+    /// The light where it leaves the block.
+    arrived: Arrived,
     point: Option<PointRay>,
 }
 
 impl OpticalPath {
     pub(super) fn new(bench: &Bench) -> Self {
         let index = bench.exit_face().ior();
-        let n: DVec3 = bench.light_direction() * index;
-        let tangential = n.truncate();
+        let incident: DVec3 = bench.light_direction() * index;
+        let tangential = incident.truncate();
         // A flat face keeps the tangential part of N; beyond the critical angle the ray along it is only a reference.
-        let flat_cos = (1.0 - tangential.length_squared()).max(0.01).sqrt();
+        let flat = tangential.extend((1.0 - tangential.length_squared()).max(0.01).sqrt());
+        let receiver = *bench.receiver();
+        let along = |v: DVec3| DVec2::new(receiver.axes().x_axis.dot(v), receiver.axes().y_axis.dot(v));
         Self {
-            tangential,
-            axial: n.z,
-            distance_mm: bench.distance_mm(),
-            kappa: n.z - flat_cos,
-            flat_cos,
-            tilt: tangential / n.z,
+            receiver,
+            incident,
+            flat,
+            kappa: incident.z - flat.z,
+            constant: Arrived::new(incident, &receiver.axes()),
+            flat_tangential: along(flat),
             point: PointSource::of(bench),
         }
     }
 
     pub(super) fn distance_mm(&self) -> f64 {
-        self.distance_mm
+        self.receiver.distance_mm()
     }
 
-    fn path(&self, y: DVec2, u: f64) -> f64 {
-        self.tangential.dot(y) + self.flat_cos * self.distance_mm + self.kappa * u
+    /// A direction with the given parts along the receiver and across it, in the frame of the bench.
+    #[inline(always)]
+    fn direction(&self, s: DVec2, c: f64) -> DVec3 {
+        let axes = self.receiver.axes();
+        axes.x_axis * s.x + axes.y_axis * s.y + axes.z_axis * c
     }
 
-    /// The gradient of `u` for which the light arrives at `y` with the tangential direction `s`.
-    pub(super) fn slope_for(&self, y: DVec2, s: DVec2) -> DVec2 {
+    /// The part of a direction along the receiver.
+    #[inline(always)]
+    fn along(&self, direction: DVec3) -> DVec2 {
+        let axes = self.receiver.axes();
+        DVec2::new(axes.x_axis.dot(direction), axes.y_axis.dot(direction))
+    }
+
+    /// `z` of the receiver's coordinate directions.
+    #[inline(always)]
+    fn lean(&self) -> DVec2 {
+        let axes = self.receiver.axes();
+        DVec2::new(axes.x_axis.z, axes.y_axis.z)
+    }
+
+    /// The gradient of `u` for which the light arrives at `y` along the unit vector `direction` of the bench.
+    pub(super) fn slope_for(&self, y: DVec2, direction: DVec3) -> DVec2 {
         let flat = match &self.point {
-            None => self.tangential,
-            Some(point) => point.flat.at(y, 0.0).map_or(DVec2::NAN, |flat| flat.tangential),
+            None => self.flat_tangential,
+            Some(point) => self.flat_from(point, y).map_or(DVec2::NAN, |flat| flat.along),
         };
-        (s - flat) / self.kappa
+        (self.along(direction) - flat) / self.kappa
     }
 
     /// The ray that lands on `y`; none if no face of this kind can send it there.
@@ -116,45 +166,59 @@ impl OpticalPath {
         if let Some(point) = &self.point {
             return self.ray_from(point, y, u, slope);
         }
-        let s = self.tangential + self.kappa * slope;
+        let arrived = self.constant;
+        let s = self.flat_tangential + self.kappa * slope;
         let c2 = 1.0 - s.length_squared();
         let c = c2.max(1e-12).sqrt();
-        let q = self.tangential.dot(s) + self.axial * c - 1.0;
-        let p = self.tangential.dot(y) + self.axial * self.distance_mm - self.path(y, u);
+        let q = arrived.tangential.dot(s) + arrived.axial * c - 1.0;
+        // N . Y - b: what the two references have in common cancels.
+        let p = (arrived.tangential - self.flat_tangential).dot(y) + self.kappa * (self.receiver.distance_mm() - u);
         // Both have the sign of kappa on a real ray; q = 0 is grazing exit, the limit of total reflection.
         (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray {
             s,
             c,
             length: p / q,
             q,
-            tangential: self.tangential,
-            axial: self.axial,
-            tilt: self.tilt,
+            arrived,
             point: None,
         })
     }
 
-    /// The ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send it there.
-    pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec2> {
-        let direction = (y - x).extend(self.distance_mm).normalize();
-        let (tangential, axial) = match &self.point {
-            None => (self.tangential, self.axial),
-            Some(point) => point.wave.at(x, 0.0).map(|at| (at.tangential, at.axial))?,
+    /// The direction of the ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send
+    /// it there.
+    pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec3> {
+        let direction = (self.receiver.point(y) - x.extend(0.0)).normalize();
+        let incident = match &self.point {
+            None => self.incident,
+            Some(point) => point.wave.at(x, 0.0).map(|at| at.tangential.extend(at.axial))?,
         };
-        let bent = tangential.dot(direction.truncate()) + axial * direction.z - 1.0;
-        (bent * self.kappa > 1e-9).then(|| direction.truncate())
+        ((incident.dot(direction) - 1.0) * self.kappa > 1e-9 && direction.z > 0.0).then_some(direction)
+    }
+
+    /// Where the ray leaves, mm.
+    #[inline(always)]
+    fn leaves(&self, y: DVec2, ray: &Ray) -> DVec3 {
+        self.receiver.point(y) - self.direction(ray.s, ray.c) * ray.length
     }
 
     /// Where on the block the ray leaves, mm.
     #[inline(always)]
     pub(super) fn lens_point(&self, y: DVec2, ray: &Ray) -> DVec2 {
-        y - ray.length * ray.s
+        self.leaves(y, ray).truncate()
+    }
+
+    /// Where its light crosses the plane `z = 0` of the block, undisturbed, mm.
+    pub(super) fn crossing_point(&self, y: DVec2, ray: &Ray) -> DVec2 {
+        let from = self.leaves(y, ray);
+        let incident = self.direction(ray.arrived.tangential, ray.arrived.axial);
+        from.truncate() - incident.truncate() * (from.z / incident.z)
     }
 
     /// How high it leaves, mm, and the derivative of that with respect to `u` as a constant.
     #[inline(always)]
-    pub(super) fn height(&self, ray: &Ray) -> (f64, f64) {
-        (self.distance_mm - ray.length * ray.c, self.kappa * ray.c / ray.q)
+    pub(super) fn height(&self, y: DVec2, ray: &Ray) -> (f64, f64) {
+        let steep = self.direction(ray.s, ray.c).z;
+        (self.receiver.point(y).z - ray.length * steep, self.kappa * steep / ray.q)
     }
 
     /// The jacobian matrix of the lens point with respect to `y`.
@@ -162,7 +226,14 @@ impl OpticalPath {
     pub(super) fn lens_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
         let h = bend(ray, jet);
         let g = self.length_gradient(ray, &h);
-        outer(-ray.s, g) + DMat2::IDENTITY - h * (ray.length * self.kappa)
+        let along = outer(-ray.s, g) + DMat2::IDENTITY - h * (ray.length * self.kappa);
+        if !self.receiver.is_turned() {
+            return along;
+        }
+        // Across the receiver the ray's end moves by -d(l c).
+        let across = h * (ray.s * (ray.length * self.kappa / ray.c)) - g * ray.c;
+        let axes = self.receiver.axes();
+        DMat2::from_cols(axes.x_axis.truncate(), axes.y_axis.truncate()) * along + outer(axes.z_axis.truncate(), across)
     }
 
     /// Up to a factor, the area of the lens that lights an area of the receiver on which this much light is wanted.
@@ -178,12 +249,12 @@ impl OpticalPath {
     /// `dl/dy` along the receiver.
     #[inline(always)]
     fn length_gradient(&self, ray: &Ray, h: &DMat2) -> DVec2 {
-        (ray.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
+        (ray.arrived.tangential - ray.s) / ray.q + *h * (self.dl_ds(ray) * self.kappa)
     }
 
     #[inline(always)]
     fn dq_ds(&self, ray: &Ray) -> DVec2 {
-        ray.tangential - ray.s * (ray.axial / ray.c)
+        ray.arrived.tangential - ray.s * (ray.arrived.axial / ray.c)
     }
 
     #[inline(always)]
@@ -194,18 +265,24 @@ impl OpticalPath {
     /// The jacobian matrix of the footprint with respect to `y`: of the point where the light that is refracted towards `y`
     /// crosses the plane `z = 0` undisturbed, which is what measures flux. For light along the axis it is the lens point's.
     ///
-    /// The footprint is `y - tilt D - l e` with `e = s - tilt c`, so that its jacobian is
-    /// `A = I - e (x) dl/dy - l kappa E H`, `E = de/ds`.
+    /// The crossing of a plane along the receiver is `y - tilt D - l e` with `e = s - tilt c`, so that its jacobian is
+    /// `A' = I - e (x) dl/dy - l kappa E H`, `E = de/ds`, and that of the footprint `M A'`.
     #[inline(always)]
     pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
-        let crossing = self.crossing_jacobian(ray, jet);
+        let crossing = self.of_block(ray, self.crossing_jacobian(ray, jet));
         match (&self.point, &ray.point) {
             (Some(point), Some(of)) => point.wave.footprint(&of.arrival).matrix() * crossing,
             _ => crossing,
         }
     }
 
-    /// `A` for parallel light along the local `N`.
+    /// `M` times a jacobian.
+    #[inline(always)]
+    fn of_block(&self, ray: &Ray, jacobian: DMat2) -> DMat2 {
+        if self.receiver.is_turned() { ray.arrived.crossing * jacobian } else { jacobian }
+    }
+
+    /// `A'` for parallel light along the local `N`.
     #[inline(always)]
     fn crossing_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
         let h = bend(ray, jet);
@@ -216,7 +293,8 @@ impl OpticalPath {
 
     #[inline(always)]
     fn footprint_direction(&self, ray: &Ray) -> (DVec2, DMat2) {
-        (ray.s - ray.tilt * ray.c, outer(ray.tilt, ray.s / ray.c) + DMat2::IDENTITY)
+        let tilt = ray.arrived.tilt;
+        (ray.s - tilt * ray.c, outer(tilt, ray.s / ray.c) + DMat2::IDENTITY)
     }
 
     /// Derivatives of `sum_ij w_ij A_ij`, `A` the footprint's jacobian, with respect to
@@ -225,14 +303,15 @@ impl OpticalPath {
     pub(super) fn footprint_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
         match (&self.point, &ray.point) {
             (Some(point), Some(of)) => self.footprint_variation_from(point, of, ray, jet, w),
+            _ if self.receiver.is_turned() => self.crossing_variation(ray, jet, ray.arrived.crossing.transpose() * w),
             _ => self.crossing_variation(ray, jet, w),
         }
     }
 
-    /// The same for `sum_ij w_ij A_ij` with the `A` of parallel light along the local `N`, as if that stayed.
+    /// The same for `sum_ij w_ij A'_ij` with the `A'` of parallel light along the local `N`, as if that stayed.
     #[inline(always)]
     fn crossing_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
-        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
+        let Ray { s, c, length, q, arrived: Arrived { tangential: n, axial, tilt, .. }, .. } = *ray;
         let kappa = self.kappa;
         let h = bend(ray, jet);
         let (dq, dl) = (self.dq_ds(ray), self.dl_ds(ray));
@@ -266,29 +345,33 @@ impl OpticalPath {
 
     /// Derivatives of the lens point's component along the unit vector `along` with respect to `u, u_x, u_y`.
     pub(super) fn lens_point_variation(&self, ray: &Ray, along: DVec2) -> [f64; 3] {
-        let s = ray.s.dot(along);
-        let of_slope = (self.dl_ds(ray) * -s - along * ray.length) * self.kappa;
-        [s * self.kappa / ray.q, of_slope.x, of_slope.y]
+        let axes = self.receiver.axes();
+        let row = DVec2::new(axes.x_axis.truncate().dot(along), axes.y_axis.truncate().dot(along));
+        let across = axes.z_axis.truncate().dot(along);
+        let part = self.direction(ray.s, ray.c).truncate().dot(along);
+        let of_slope = self.dl_ds(ray) * -part - row * ray.length + ray.s * (across * ray.length / ray.c);
+        [part * self.kappa / ray.q, self.kappa * of_slope.x, self.kappa * of_slope.y]
     }
 
     /// The height over `x` of the face that sends all of its light to `y` with this path: the Cartesian oval through `x`.
     ///
-    /// From `(q' - N_z h)^2 = |x - y|^2 + (D - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where
+    /// From `(q' - N_z h)^2 = |x - Y_t|^2 + (Y_z - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where
     /// the oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
         if let Some(point) = &self.point {
             return self.oval_height_from(point, x, y, u);
         }
-        // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 = flat_cos D.
-        let q0 = self.flat_cos * self.distance_mm;
-        let rest = self.tangential.dot(y - x) + self.kappa * u;
+        let to = self.receiver.point(y);
+        let from_here = to.truncate() - x;
+        // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 = flat_z Y_z.
+        let q0 = self.flat.z * to.z;
+        let rest = self.incident.truncate().dot(from_here) + self.kappa * u;
         let path = q0 + rest;
-        let constant = rest * (2.0 * q0 + rest)
-            - (x - y).length_squared()
-            - self.distance_mm * self.distance_mm * (1.0 - self.flat_cos * self.flat_cos);
-        let half = self.axial * path - self.distance_mm;
-        let root = (half * half - (self.axial * self.axial - 1.0) * constant).sqrt();
+        let constant =
+            rest * (2.0 * q0 + rest) - from_here.length_squared() - to.z * to.z * (1.0 - self.flat.z * self.flat.z);
+        let half = self.incident.z * path - to.z;
+        let root = (half * half - (self.incident.z * self.incident.z - 1.0) * constant).sqrt();
         constant / (half + half.signum() * root)
     }
 

@@ -2,11 +2,11 @@
 
 use super::{
     NAME, Options,
-    equation::{Equation, State},
+    equation::State,
     light,
     newton::{Criterion, Newton, Outcome},
     spline::ReceiverGrid,
-    start,
+    start, uneven,
 };
 use crate::{
     bench::Bench,
@@ -98,18 +98,19 @@ pub(super) fn solve(
             }
             None => start::plain(bench, grid),
         };
-        let mut equation = Equation::new(bench, grid, &light);
         let mut newton = Newton::new(&current);
         newton.height_mm = height_mm;
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
         if done == 0 {
-            start::round_corners(&mut equation, &mut newton, &mut current, criterion);
+            start::round_corners(bench, grid, &light, &mut newton, &mut current, criterion);
         }
-        let outcome = newton.run(&equation, &mut current, criterion).ok_or_else(|| SolveError::Failed {
-            solver: NAME,
-            nx: grid.nodes().0,
-            ny: grid.nodes().1,
-            why: "the start asks for rays beyond the limit of refraction".into(),
+        let outcome = uneven::run(&mut newton, bench, grid, &light, &mut current, criterion).ok_or_else(|| {
+            SolveError::Failed {
+                solver: NAME,
+                nx: grid.nodes().0,
+                ny: grid.nodes().1,
+                why: "the start asks for rays beyond the limit of refraction".into(),
+            }
         })?;
         height_mm = newton.height_mm;
         summary.levels.push(record(STAGE.into(), grid, outcome, began));

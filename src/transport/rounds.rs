@@ -3,12 +3,14 @@
 use super::{
     NAME, Options,
     carry::Carrier,
-    equation::{Equation, State},
+    equation::State,
     light,
     newton::Criterion,
+    path::OpticalPath,
     pyramid::{FORCING, RMS, Solved, record},
     report,
     soften::soften,
+    uneven,
 };
 use crate::{
     bench::Bench,
@@ -66,6 +68,7 @@ pub(super) fn close(
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
     let mut rounds = options.rounds();
     let mut carrier = Carrier::new(bench.contour(), nodes);
+    let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
     let mut stage = 0;
     let mut unconverged = false;
@@ -73,7 +76,7 @@ pub(super) fn close(
     progress.begin("closed loop", rounds);
     for round in 0.. {
         let began = Instant::now();
-        let carried = carrier.heights(&Equation::new(bench, grid, &light).path, &state.spline);
+        let carried = carrier.heights(&path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
         let mean = carried.mean_mm(bench);
         if carried.missed == 0 && mean.abs() < MOST_SHIFT * bench.distance_mm() {
@@ -82,7 +85,7 @@ pub(super) fn close(
         let surface = HeightField::outlined(bench.block(), bench.outline(), carried.heights_mm);
         let highest = surface.range_mm().1;
         // Also where a height is not a number.
-        if highest.is_nan() || highest >= bench.distance_mm() {
+        if highest.is_nan() || bench.receiver().clearance_mm(bench.block(), highest) <= 0.0 {
             if best.is_some() {
                 break;
             }
@@ -129,7 +132,7 @@ pub(super) fn close(
         }
         correct(&mut light, &best.seen.irradiance, &cells, per_cell, options.floor(), STAGES[stage]);
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
-        let Some(outcome) = newton.run(&Equation::new(bench, grid, &light), &mut state, criterion) else {
+        let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
             break;
         };

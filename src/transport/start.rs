@@ -13,7 +13,7 @@ use crate::{
     solver::SolveError,
     surface::HeightField,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 /// Refuses a bench on which even the plain map of window to block cannot be drawn.
 ///
@@ -31,7 +31,7 @@ pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
                 if outline.contains(node) { node } else { outline.foot(node) },
                 bench.window().node(i, j, POINTS, POINTS) + bench.window_centre_mm(),
             );
-            let direction = (y - x).extend(bench.distance_mm()).normalize();
+            let direction = bench.receiver().point(y) - x.extend(0.0);
             if path.plain_ray(x, y).is_none() {
                 let deflection = direction.angle_between(light.at(x.extend(0.0)).direction);
                 if worst.is_none_or(|(_, other)| deflection > other) {
@@ -77,8 +77,15 @@ const ROUNDINGS: usize = 8;
 
 /// Takes a state that fits a rectangle to the outline of the lens, on the coarsest grid: the corners grow step by step. What a
 /// step lacks is left to the next.
-pub(super) fn round_corners(equation: &mut Equation, newton: &mut Newton, state: &mut State, criterion: Criterion) {
-    let outline = equation.contour;
+pub(super) fn round_corners(
+    bench: &Bench,
+    grid: ReceiverGrid,
+    light: &Field<f64>,
+    newton: &mut Newton,
+    state: &mut State,
+    criterion: Criterion,
+) {
+    let (outline, mut equation) = (bench.contour(), Equation::new(bench, grid, light));
     if outline.is_rectangle() {
         return;
     }
@@ -86,11 +93,10 @@ pub(super) fn round_corners(equation: &mut Equation, newton: &mut Newton, state:
         equation.contour = outline.with_corners(step as f64 / ROUNDINGS as f64);
         state.mu = equation.contour.share_of_extent().ln();
         let mut next = state.clone();
-        if newton.run(equation, &mut next, criterion).is_some() {
+        if newton.run(&equation, &mut next, criterion).is_some() {
             *state = next;
         }
     }
-    equation.contour = outline;
 }
 
 /// A state whose map is close to the plain one of window to the extent of the block: exact along both axes through the centre of the window.
@@ -101,8 +107,8 @@ pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let centre = bench.window_centre_mm();
     let slope = |offset: DVec2| {
         let y = centre + offset;
-        let direction: DVec3 = (y - offset * lens / window).extend(bench.distance_mm()).normalize();
-        path.slope_for(y, direction.truncate())
+        let to = bench.receiver().point(y);
+        path.slope_for(y, (to - (offset * lens / window).extend(0.0)).normalize())
     };
     // u is the sum of one function of x and one of y, integrated with Simpson's rule.
     let integrate = |n: usize, step: DVec2, axis: usize| {

@@ -11,7 +11,7 @@ use crate::{
     bench::ExitFace,
     forward::{Geometry, irradiance},
     grid::{Extent, Field},
-    light::{Intensity, Light},
+    light::{Intensity, Light, Profile},
     optim::Termination,
     solver::Silent,
     surface::SurfaceSpline,
@@ -116,7 +116,7 @@ fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
     for j in 0..ny {
         for i in 0..nx {
             let w = equation::trapezoid(i, nx) * equation::trapezoid(j, ny) * light[(i, j)];
-            height += w * path.height(&ray(i, j).0).0;
+            height += w * path.height(grid.node(i, j), &ray(i, j).0).0;
             weight += w;
         }
     }
@@ -126,7 +126,7 @@ fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
 #[test]
 fn a_manufactured_solution_is_met_with_the_second_order() {
     let straight = [GLASS, ExitFace::Reflects].map(|face| bench(20.0, 16.0, 90.0, face));
-    for bench in straight.into_iter().chain(straight.map(projected)) {
+    for bench in straight.clone().into_iter().chain(straight.map(projected)) {
         let worst = |cells: (usize, usize)| {
             let grid = ReceiverGrid::new(&bench, cells);
             let (light, height_mm) = manufactured_light(&bench, grid);
@@ -156,9 +156,9 @@ fn a_manufactured_solution_is_met_with_the_second_order() {
 #[test]
 fn the_residual_follows_its_linearisation_through_the_border() {
     let glass = bench(20.0, 16.0, 60.0, GLASS);
-    let shifted = glass.with_window(Extent::new(26.0, 12.0), DVec2::new(3.0, -4.0)).unwrap();
-    let oblique = glass.with_light_direction(DVec3::new(0.1, -0.15, 1.0)).unwrap();
-    let point = lit(shifted, DVec3::new(8.0, 5.0, -90.0));
+    let shifted = glass.clone().with_window(Extent::new(26.0, 12.0), DVec2::new(3.0, -4.0)).unwrap();
+    let oblique = glass.clone().with_light_direction(DVec3::new(0.1, -0.15, 1.0)).unwrap();
+    let point = lit(shifted.clone(), DVec3::new(8.0, 5.0, -90.0));
     for bench in [glass, shifted, oblique, point] {
         let grid = ReceiverGrid::new(&bench, (14, 11));
         let (nx, ny) = grid.nodes();
@@ -209,41 +209,91 @@ fn the_residual_follows_its_linearisation_through_the_border() {
     }
 }
 
+/// The receiver turned, and the window where undisturbed light falls.
+fn leaning(bench: Bench, rotation: DVec3) -> Bench {
+    undisturbed(bench.with_receiver_turned(rotation).unwrap())
+}
+
+fn undisturbed(bench: Bench) -> Bench {
+    let (window, centre) = (bench.window(), bench.undisturbed_landing_mm().unwrap());
+    bench.with_window(window, centre).unwrap()
+}
+
+/// Its source aimed at the middle of the block, half as bright at an angle of this many degrees.
+fn torch(bench: Bench, half_deg: f64) -> Bench {
+    let Light::Point { position_mm, .. } = bench.light() else { panic!("no source") };
+    let axis = -position_mm.normalize();
+    let profile = Profile::of(&bench, 30.0, |ray| {
+        let angle = ray.direction.angle_between(axis).to_degrees() / half_deg;
+        (-(angle * angle) * std::f64::consts::LN_2).exp()
+    });
+    bench.with_profile(profile.unwrap())
+}
+
+/// Light that has been measured over the block.
+fn beam(bench: Bench) -> Bench {
+    let picture = Field::from_fn(30, 20, |i, j| 1.0 + 0.08 * i as f64 + 0.5 * (0.3 * j as f64).sin());
+    let profile = Profile::measured(&bench, 30.0, &picture).unwrap();
+    bench.with_profile(profile)
+}
+
 #[test]
 fn every_bench_draws_the_picture() {
     let glass = bench(50.0, 40.0, 120.0, GLASS);
     let mirror = bench(50.0, 40.0, 120.0, ExitFace::Reflects);
-    let window = |w: f64, h: f64, x: f64, y: f64| glass.with_window(Extent::new(w, h), DVec2::new(x, y)).unwrap();
+    let window =
+        |w: f64, h: f64, x: f64, y: f64| glass.clone().with_window(Extent::new(w, h), DVec2::new(x, y)).unwrap();
+    let steep_mirror = undisturbed(mirror.clone().with_light_direction(DVec3::new(0.5, 0.0, -0.866)).unwrap());
+    let steep_glass = glass.clone().with_light_direction(DVec3::new(0.0, -0.333, 0.943)).unwrap();
     let benches = [
-        ("glass", glass, 0.012),
-        ("mirror", mirror, 0.012),
+        ("glass at 30 degrees", undisturbed(steep_glass.clone()), 0.015),
+        ("glass", glass.clone(), 0.012),
+        ("mirror", mirror.clone(), 0.012),
         ("near", bench(50.0, 40.0, 30.0, GLASS), 0.012),
         ("far", bench(50.0, 40.0, 500.0, GLASS), 0.012),
         ("dense", bench(50.0, 40.0, 120.0, ExitFace::Refracts { ior: 1.9 }), 0.012),
         ("small window", window(25.0, 20.0, 0.0, 0.0), 0.012),
         ("large window", window(90.0, 72.0, 0.0, 0.0), 0.012),
         ("other aspect, shifted", window(40.0, 50.0, 12.0, -7.0), 0.012),
-        ("oblique", glass.with_light_direction(DVec3::new(0.1, 0.05, 1.0)).unwrap(), 0.015),
-        ("oblique mirror", mirror.with_light_direction(DVec3::new(0.1, 0.05, -1.0)).unwrap(), 0.015),
-        ("source at 1 m", lit(glass, DVec3::new(0.0, 0.0, -1000.0)), 0.012),
-        ("source at 300 mm", lit(glass, DVec3::new(0.0, 0.0, -300.0)), 0.012),
-        ("source at 80 mm", lit(glass, DVec3::new(0.0, 0.0, -80.0)), 0.012),
-        ("mirror, source at 1 m", lit(mirror, DVec3::new(0.0, 0.0, 1000.0)), 0.012),
-        ("mirror, source at 300 mm", lit(mirror, DVec3::new(0.0, 0.0, 300.0)), 0.012),
-        ("oblique source", lit(glass, DVec3::new(60.0, -40.0, -300.0)), 0.015),
-        ("mirror, source at 20 mm", lit(mirror, DVec3::new(0.0, 0.0, 20.0)), 0.012),
+        ("oblique", glass.clone().with_light_direction(DVec3::new(0.1, 0.05, 1.0)).unwrap(), 0.015),
+        ("oblique mirror", mirror.clone().with_light_direction(DVec3::new(0.1, 0.05, -1.0)).unwrap(), 0.015),
+        ("source at 1 m", lit(glass.clone(), DVec3::new(0.0, 0.0, -1000.0)), 0.012),
+        ("source at 300 mm", lit(glass.clone(), DVec3::new(0.0, 0.0, -300.0)), 0.012),
+        ("source at 80 mm", lit(glass.clone(), DVec3::new(0.0, 0.0, -80.0)), 0.012),
+        ("mirror, source at 1 m", lit(mirror.clone(), DVec3::new(0.0, 0.0, 1000.0)), 0.012),
+        ("mirror, source at 300 mm", lit(mirror.clone(), DVec3::new(0.0, 0.0, 300.0)), 0.012),
+        ("oblique source", lit(glass.clone(), DVec3::new(60.0, -40.0, -300.0)), 0.015),
+        ("mirror, source at 20 mm", lit(mirror.clone(), DVec3::new(0.0, 0.0, 20.0)), 0.012),
         (
             "source 15 mm before the block",
-            glass.with_point_source(DVec3::new(0.0, 0.0, -75.0), 60.0, Intensity::Isotropic).unwrap(),
+            glass.clone().with_point_source(DVec3::new(0.0, 0.0, -75.0), 60.0, Intensity::Isotropic).unwrap(),
             0.012,
         ),
         (
             "oblique source, mirror, shifted",
-            lit(mirror, DVec3::new(90.0, 30.0, 300.0))
+            lit(mirror.clone(), DVec3::new(90.0, 30.0, 300.0))
                 .with_window(Extent::new(60.0, 40.0), DVec2::new(-20.0, 5.0))
                 .unwrap(),
             0.015,
         ),
+        ("receiver leaning by 20 degrees", leaning(glass.clone(), DVec3::new(0.35, 0.0, 0.0)), 0.012),
+        ("receiver leaning by 40 degrees", leaning(glass.clone(), DVec3::new(0.4, 0.6, 0.1)), 0.015),
+        ("leaning, mirror at 30 degrees", leaning(steep_mirror.clone(), DVec3::new(0.0, 0.35, 0.0)), 0.015),
+        ("mirror at 30 degrees", steep_mirror, 0.015),
+        (
+            "leaning, source at 100 mm",
+            leaning(lit(glass.clone(), DVec3::new(10.0, 0.0, -100.0)), DVec3::new(0.35, 0.2, 0.0)),
+            0.015,
+        ),
+        ("torch", torch(lit(glass.clone(), DVec3::new(0.0, 0.0, -120.0)), 9.0), 0.012),
+        ("torch on a mirror", torch(lit(mirror.clone(), DVec3::new(0.0, 0.0, 120.0)), 9.0), 0.012),
+        (
+            "torch beside the axis, leaning",
+            leaning(torch(lit(glass.clone(), DVec3::new(20.0, 10.0, -120.0)), 12.0), DVec3::new(0.2, 0.0, 0.0)),
+            0.015,
+        ),
+        ("beam brighter at one side", beam(glass.clone()), 0.012),
+        ("oblique beam brighter at one side", beam(undisturbed(steep_glass)), 0.015),
         (
             "small flat source at 100 mm, large window",
             window(90.0, 72.0, 0.0, 0.0)
@@ -271,7 +321,7 @@ fn the_face_for_a_far_source_is_that_for_parallel_light() {
         let wanted = solve(&parallel);
         let mut before = f64::INFINITY;
         for far in [1e4, 1e5, 1e6] {
-            let got = solve(&lit(parallel, DVec3::new(0.0, 0.0, side * far)));
+            let got = solve(&lit(parallel.clone(), DVec3::new(0.0, 0.0, side * far)));
             let pairs = got.heights_mm().as_slice().iter().zip(wanted.heights_mm().as_slice());
             let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             println!("{face:?} {far}: {worst:e} of {}", wanted.relief_mm());

@@ -3,9 +3,9 @@
 use super::{
     AreaWeight, LEAST_TARGET, NAME,
     locate::{locate, refine},
-    mesh::WarpMesh,
+    mesh::{ReceiverMesh, WarpMesh},
     pullback,
-    relief::{check_rays, displaced_surface, mesh_heights},
+    relief::{check_rays, displaced_surface, landing_error_mm, mesh_heights},
     solve::Run,
 };
 use crate::{
@@ -14,8 +14,9 @@ use crate::{
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver},
     surface::{EdgeRule, HeightField, SurfaceSpline},
-    target::TargetIrradiance,
+    target::{CausticMesh, TargetIrradiance},
 };
+use std::sync::Arc;
 
 /// Options of [`Warping`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,9 +54,10 @@ impl Default for WarpingOptions {
 /// surface that is displaced as it will be milled, a smooth inverse of the warp, slopes of fourth order, and a closed loop.
 ///
 /// Light must come along the axis; the window may have any size and place.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Warping {
     options: WarpingOptions,
+    mesh: Option<Arc<CausticMesh>>,
 }
 
 /// Longest side, in quads, of a level that is cheap enough to converge fully.
@@ -76,7 +78,12 @@ impl Warping {
         check("height_iterations", options.height_iterations, 1.0, 1e5)?;
         check("closed_loop_rounds", options.closed_loop_rounds, 0.0, 5.0)?;
         check("closed_loop_iterations", options.closed_loop_iterations, 1.0, 1e5)?;
-        Ok(Self { options })
+        Ok(Self { options, mesh: None })
+    }
+
+    /// The same, with this mesh on the receiver in the place of the window.
+    pub fn onto(self, mesh: Arc<CausticMesh>) -> Self {
+        Self { mesh: Some(mesh), ..self }
     }
 }
 
@@ -102,46 +109,50 @@ impl Solver for Warping {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
         super::check_nodes(NAME, nodes)?;
-        super::check_parallel(NAME, bench)?;
+        super::check_bench(NAME, bench)?;
         if bench.light_direction().truncate().length() > 1e-9 {
             let what = "light at an angle to the axis (the solver \"warping-paper\" does, on a plane)".to_owned();
             return Err(SolveError::Unsupported { solver: NAME, what });
         }
-        let quads = finest_quads((target.cells().nx(), target.cells().ny()), nodes);
-        let wanted = area_resample(target.cells(), quads.0, quads.1);
+        let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);
+        let quads = finest_quads(receiver.pixels(target, bench), nodes);
+        let wanted = receiver.flux(target, bench, quads);
         super::check_light(&wanted, LEAST_TARGET)?;
         let weight = AreaWeight::Balanced(1.0);
-        let mut run = Run { solver: NAME, bench, weight, progress, summary: Summary::default() };
+        let mut run = Run { solver: NAME, bench, receiver: &receiver, weight, progress, summary: Summary::default() };
         let dark = wanted.min_max().0 < 0.1;
         let fine = self.options.fine_iterations.unwrap_or(if dark { 200 } else { 45 });
         let coarse = |q: (usize, usize)| q.0.max(q.1) <= COARSE_QUADS;
         let mesh = run.pyramid(&wanted, |q| if coarse(q) { self.options.coarse_iterations } else { fine })?;
         let heights = Field::filled(quads.0 + 1, quads.1 + 1, 0.0);
         let mut state = State { mesh, heights };
+        // Of a window the pixels as they are, of a mesh its quads.
+        let flux = if self.mesh.is_none() { target.cells() } else { &wanted };
         for pass in 1..=self.options.height_passes {
             let stage = format!("height-aware pass {pass}");
             state.displace(&mut run, &stage, &wanted, self.options.height_iterations)?;
         }
-        let (mut surface, mut missed) = state.surface(bench, nodes)?;
+        let (mut surface, mut shortfall) = state.surface(&run, nodes)?;
         let mut best_mesh = None;
         if self.options.closed_loop_rounds > 0 {
-            let mut best = Drawn::by(&surface, &state.mesh, bench, target);
-            let (mut aim, mut latest) = (wanted, best.clone());
+            let mut best = Drawn::by(&surface, &state.mesh, &run, flux);
+            let (mut aim, mut latest) = (wanted.clone(), best.clone());
             for round in 1..=self.options.closed_loop_rounds {
-                aim = latest.corrected(&aim, target);
+                aim = latest.corrected(&aim, flux);
                 let stage = format!("closed loop {round}");
                 state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
-                let (next, next_missed) = state.surface(bench, nodes)?;
-                latest = Drawn::by(&next, &state.mesh, bench, target);
+                let (next, next_shortfall) = state.surface(&run, nodes)?;
+                latest = Drawn::by(&next, &state.mesh, &run, flux);
                 if latest.error < best.error {
-                    (surface, missed, best) = (next, next_missed, latest.clone());
+                    (surface, shortfall, best) = (next, next_shortfall, latest.clone());
                     best_mesh = Some(state.mesh.clone());
                 } else {
                     break;
                 }
             }
         }
-        run.warn(best_mesh.as_ref().unwrap_or(&state.mesh), missed);
+        run.warn(best_mesh.as_ref().unwrap_or(&state.mesh), shortfall.missed);
+        run.summary.warnings.extend(shortfall.warning(bench.window().width_mm / target.cells().nx() as f64));
         Ok(Solution { surface, light: None, summary: run.summary })
     }
 }
@@ -161,27 +172,51 @@ impl State {
         cells: &Field<f64>,
         iterations: usize,
     ) -> Result<(), SolveError> {
-        self.heights = mesh_heights(&self.mesh, run.bench, &self.heights)?;
+        self.heights = mesh_heights(&self.mesh, run.receiver, run.bench, &self.heights)?;
         let depth = self.heights.map(|z| run.bench.distance_mm() - z);
         run.minimise(stage, &mut self.mesh, cells, &depth, iterations)?;
-        check_rays(&self.mesh, &depth, run.bench)
+        check_rays(&self.mesh, run.receiver, &depth, run.bench)
     }
 
-    /// The surface on the regular grid, and the number of nodes without a unique place in the warp.
-    fn surface(&self, bench: &Bench, nodes: (usize, usize)) -> Result<(HeightField, usize), SolveError> {
-        let mut places = locate(&self.mesh, bench.block(), nodes);
-        let missed = refine(&mut places, &self.mesh, bench.block());
+    /// The surface on the regular grid, and what it falls short of.
+    fn surface(&self, run: &Run<'_>, nodes: (usize, usize)) -> Result<(HeightField, Shortfall), SolveError> {
+        let block = run.bench.block();
+        let mut places = locate(&self.mesh, block, nodes);
+        let missed = refine(&mut places, &self.mesh, block);
+        let surface = displaced_surface(&places, run.receiver, &self.heights, run.bench, EdgeRule::FourPoint)?;
         let quads = (self.mesh.vertices().0 - 1, self.mesh.vertices().1 - 1);
-        let surface = displaced_surface(&places, quads, &self.heights, bench, EdgeRule::FourPoint)?;
-        Ok((surface, missed))
+        let off_mm = match run.receiver {
+            ReceiverMesh::Window { .. } => None,
+            ReceiverMesh::Given(_) => Some(landing_error_mm(&surface, &places, run.receiver, quads, run.bench)),
+        };
+        Ok((surface, Shortfall { missed, off_mm }))
     }
 }
 
-/// What a surface draws on the pixels of the target.
+/// What a surface falls short of its warp.
+#[derive(Clone, Copy)]
+struct Shortfall {
+    /// Nodes without a unique place in the warp.
+    missed: usize,
+    /// How far light lands from its place on a mesh that was given, root mean square, mm.
+    off_mm: Option<f64>,
+}
+
+impl Shortfall {
+    /// What a user should know who gave a mesh for a picture with pixels of this size.
+    fn warning(&self, pixel_mm: f64) -> Option<String> {
+        let off_mm = self.off_mm.filter(|off| !(*off <= pixel_mm))?;
+        Some(format!(
+            "the light misses its place on the caustic mesh by {off_mm:.3} mm (root mean square): no smooth face turns light round its axis as this mesh asks; turn the mesh so that its sides run along those of the block, and bend it less"
+        ))
+    }
+}
+
+/// What a surface draws on the pixels of the target, or on the quads of a mesh.
 #[derive(Clone)]
 struct Drawn {
     /// Not a number where it is unknown.
-    irradiance: Field<f64>,
+    flux: Field<f64>,
     /// Relative RMS difference from the target, where unknown pixels count as dark.
     error: f64,
 }
@@ -190,22 +225,21 @@ struct Drawn {
 const GREATEST_CORRECTION: f64 = 2.0;
 
 impl Drawn {
-    fn by(surface: &HeightField, mesh: &WarpMesh, bench: &Bench, target: &TargetIrradiance) -> Self {
-        let wanted = target.cells();
+    fn by(surface: &HeightField, mesh: &WarpMesh, run: &Run<'_>, wanted: &Field<f64>) -> Self {
         let cells = (wanted.nx(), wanted.ny());
-        let irradiance = pullback::irradiance(&SurfaceSpline::through(surface), mesh, bench, cells);
+        let flux = pullback::flux(&SurfaceSpline::through(surface), (mesh, run.receiver), run.bench, cells);
         let square = Field::from_fn(cells.0, cells.1, |i, j| {
-            let drawn = irradiance[(i, j)];
+            let drawn = flux[(i, j)];
             (if drawn.is_nan() { 0.0 } else { drawn } - wanted[(i, j)]).powi(2)
         });
-        Self { error: square.mean().sqrt(), irradiance }
+        Self { error: square.mean().sqrt(), flux }
     }
 
-    /// `aim * target / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
-    fn corrected(&self, aim: &Field<f64>, target: &TargetIrradiance) -> Field<f64> {
+    /// `aim * wanted / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
+    fn corrected(&self, aim: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
         let (mx, my) = (aim.nx(), aim.ny());
-        let wanted = area_resample(target.cells(), mx, my);
-        let drawn = area_resample(&self.irradiance, mx, my);
+        let wanted = area_resample(wanted, mx, my);
+        let drawn = area_resample(&self.flux, mx, my);
         Field::from_fn(mx, my, |i, j| {
             let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
             let factor = if drawn[(i, j)].is_nan() { 1.0 } else { ratio };

@@ -1,13 +1,16 @@
 //! The two meshes of section 3: fixed vertices `x` on the receiver, moving vertices `u` on the specular plane.
 
+use super::LEAST_TARGET;
 use crate::{
     bench::Bench,
-    grid::{Extent, Field, bilinear_resample},
+    grid::{Extent, Field, area_resample, bilinear_resample},
+    target::{CausticMesh, TargetIrradiance},
 };
 use glam::DVec2;
 use rayon::prelude::*;
+use std::sync::Arc;
 
-/// A mesh of quads that tiles the block, deformed; its undeformed partner tiles the receiver window.
+/// A mesh of quads that tiles the block, deformed; its partner on the receiver stays as it is.
 ///
 /// Border vertices lie on their border, corners in their corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -107,9 +110,88 @@ impl WarpMesh {
     }
 }
 
-/// Vertex `(i, j)` of the fixed mesh of `nx` by `ny` vertices on the receiver, mm.
-pub(crate) fn receiver_vertex(bench: &Bench, i: usize, j: usize, nx: usize, ny: usize) -> DVec2 {
-    bench.window_centre_mm() + bench.window().node(i, j, nx, ny)
+/// The fixed mesh on the receiver, at any number of quads.
+#[derive(Clone, Debug)]
+pub(crate) enum ReceiverMesh {
+    /// Regular quads that tile the bench's window.
+    Window {
+        /// Its corner of least x and y, mm.
+        corner: DVec2,
+        /// Its centre, mm.
+        centre: DVec2,
+        /// Its size.
+        extent: Extent,
+    },
+    /// What the user gave.
+    Given(Arc<CausticMesh>),
+}
+
+impl ReceiverMesh {
+    /// The window of a bench.
+    pub(crate) fn window(bench: &Bench) -> Self {
+        let (centre, extent) = (bench.window_centre_mm(), bench.window());
+        Self::Window { corner: centre + extent.lower(), centre, extent }
+    }
+
+    /// The mesh that a solver works with: one that is given, or the window.
+    pub(crate) fn of(given: Option<&Arc<CausticMesh>>, bench: &Bench) -> Self {
+        given.map_or_else(|| Self::window(bench), |mesh| Self::Given(Arc::clone(mesh)))
+    }
+
+    /// Vertex `(i, j)` of `nx` by `ny`, mm.
+    pub(crate) fn vertex(&self, i: usize, j: usize, nx: usize, ny: usize) -> DVec2 {
+        match self {
+            Self::Window { centre, extent, .. } => *centre + extent.node(i, j, nx, ny),
+            Self::Given(mesh) => mesh.at(DVec2::new(i as f64 / (nx - 1) as f64, j as f64 / (ny - 1) as f64)).0,
+        }
+    }
+
+    /// The point at a place counted in quads, of `quads` in all, mm.
+    pub(crate) fn at(&self, place: DVec2, quads: (usize, usize)) -> DVec2 {
+        let quads = DVec2::new(quads.0 as f64, quads.1 as f64);
+        match self {
+            Self::Window { corner, extent, .. } => *corner + place * (extent.as_vec() / quads),
+            Self::Given(mesh) => mesh.at(place / quads).0,
+        }
+    }
+
+    /// Whether vertex `(i, j)` of `nx` by `ny` lies where the mesh shows its front to the block.
+    pub(crate) fn is_front(&self, i: usize, j: usize, nx: usize, ny: usize) -> bool {
+        match self {
+            Self::Window { .. } => true,
+            Self::Given(mesh) => {
+                let place = DVec2::new(i as f64 / (nx - 1) as f64, j as f64 / (ny - 1) as f64);
+                mesh.at(place).1.determinant() >= 0.0
+            }
+        }
+    }
+
+    /// All vertices, mm.
+    pub(crate) fn vertices(&self, nx: usize, ny: usize) -> Field<DVec2> {
+        let mut data = vec![DVec2::ZERO; nx * ny];
+        data.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
+            row.iter_mut().enumerate().for_each(|(i, at)| *at = self.vertex(i, j, nx, ny));
+        });
+        Field::from_vec(nx, ny, data)
+    }
+
+    /// Flux that each of `quads` shall get, mean 1.
+    pub(crate) fn flux(&self, target: &TargetIrradiance, bench: &Bench, quads: (usize, usize)) -> Field<f64> {
+        match self {
+            Self::Window { .. } => area_resample(target.cells(), quads.0, quads.1),
+            // Where the light turns over a quad has next to no area, and gets next to no light.
+            Self::Given(mesh) => mesh.flux(target, bench, quads).map(|v| v.max(2.0 * LEAST_TARGET)),
+        }
+    }
+
+    /// How many pixels of the target there are along both sides.
+    pub(crate) fn pixels(&self, target: &TargetIrradiance, bench: &Bench) -> (usize, usize) {
+        let (nx, ny) = (target.cells().nx(), target.cells().ny());
+        match self {
+            Self::Window { .. } => (nx, ny),
+            Self::Given(mesh) => mesh.pixels(bench.window().as_vec() / DVec2::new(nx as f64, ny as f64)),
+        }
+    }
 }
 
 /// Numbers of quads from the coarsest level to `finest`: each level has half the quads of the next, rounded up, down to at

@@ -16,6 +16,8 @@ mod improved;
 mod locate;
 mod mesh;
 mod objective;
+#[cfg(test)]
+mod onto_mesh;
 mod paper;
 mod pullback;
 mod relief;
@@ -42,14 +44,14 @@ fn check_light(cells: &Field<f64>, limit: f64) -> Result<(), SolveError> {
     if least < limit { Err(SolveError::TooDark { least, limit }) } else { Ok(()) }
 }
 
-fn check_parallel(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
-    match bench.light() {
-        Light::Parallel { .. } => Ok(()),
-        Light::Point { .. } => {
-            let what = "light from a point source (the solver \"transport\" does)".to_owned();
-            Err(SolveError::Unsupported { solver, what })
-        }
-    }
+fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
+    let what = match bench.light() {
+        Light::Point { .. } => "light from a point source",
+        Light::Parallel { .. } if bench.profile().is_some() => "light that is spread unevenly over the block",
+        Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",
+        Light::Parallel { .. } => return Ok(()),
+    };
+    Err(SolveError::Unsupported { solver, what: format!("{what} (the solver \"transport\" does)") })
 }
 
 fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Result<(), SolveError> {

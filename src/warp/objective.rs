@@ -11,7 +11,7 @@
 //! and the chain rule through `s_P(u_P)` (equations 11 and 12, the latter corrected to `d|o|/du = -o/|o|`) follows once per
 //! vertex. Strips of a fixed number of rows run in parallel, so that nothing depends on the number of threads.
 
-use super::mesh::receiver_vertex;
+use super::mesh::ReceiverMesh;
 use crate::{bench::Bench, grid::Field, optics::Interface, optim::Objective};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -26,8 +26,8 @@ const SERIAL_VERTICES: usize = 1 << 14;
 pub struct WarpObjective {
     nx: usize,
     ny: usize,
-    receiver_x: Vec<f64>,
-    receiver_y: Vec<f64>,
+    /// Coordinates of the vertices on the receiver, mm.
+    receiver: [Field<f64>; 2],
     /// One over the desired area of every quad, 1/mm².
     inverse_area: Field<f64>,
     /// From every vertex to the receiver along z, mm.
@@ -44,16 +44,21 @@ impl WarpObjective {
     ///
     /// The specular surface is the plane until [`set_depth`](Self::set_depth).
     pub fn new(bench: &Bench, cells: &Field<f64>, area_weight_mm2: f64) -> Self {
+        Self::onto(&ReceiverMesh::window(bench), bench, cells, area_weight_mm2)
+    }
+
+    /// The same for any mesh on the receiver.
+    pub(crate) fn onto(receiver: &ReceiverMesh, bench: &Bench, cells: &Field<f64>, area_weight_mm2: f64) -> Self {
         let (mx, my) = (cells.nx(), cells.ny());
         let (nx, ny) = (mx + 1, my + 1);
         let mean_area = bench.block().area_mm2() / (mx * my) as f64;
         let total = cells.mean();
         let interface = Interface::of(bench);
+        let vertices = receiver.vertices(nx, ny);
         Self {
             nx,
             ny,
-            receiver_x: (0..nx).map(|i| receiver_vertex(bench, i, 0, nx, ny).x).collect(),
-            receiver_y: (0..ny).map(|j| receiver_vertex(bench, 0, j, nx, ny).y).collect(),
+            receiver: [vertices.map(|v| v.x), vertices.map(|v| v.y)],
             inverse_area: cells.map(|b| total / (b * mean_area)),
             depth_mm: Field::filled(nx, ny, bench.distance_mm()),
             incident: interface.incident(),
@@ -191,13 +196,14 @@ impl WarpObjective {
     fn vertex_row(&self, row: &mut VertexRow, j: usize, u: &[f64]) {
         let nx = self.nx;
         let (ux, uy) = (&u[j * nx..][..nx], &u[(self.ny + j) * nx..][..nx]);
-        let (rx, ry, depth) = (&self.receiver_x[..nx], self.receiver_y[j], &self.depth_mm.row(j)[..nx]);
+        let [rx, ry] = self.receiver.each_ref().map(|r| &r.row(j)[..nx]);
+        let depth = &self.depth_mm.row(j)[..nx];
         let [sx, sy] = row.s.each_mut().map(|v| &mut v[..nx]);
         let [dx, dy] = row.direction.each_mut().map(|v| &mut v[..nx]);
         let inverse_nz = &mut row.inverse_nz[..nx];
         let (incident, eta) = (self.incident, self.eta);
         for i in 0..nx {
-            let (ox, oy, oz) = (rx[i] - ux[i], ry - uy[i], depth[i]);
+            let (ox, oy, oz) = (rx[i] - ux[i], ry[i] - uy[i], depth[i]);
             let length = (ox * ox + oy * oy + oz * oz).sqrt();
             let inverse = 1.0 / (length * incident.z + eta * oz);
             let unit = 1.0 / length;
@@ -352,7 +358,7 @@ mod tests {
                 let q = mesh.quad(i, j);
                 let corner = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
                 let s: [DVec2; 4] = std::array::from_fn(|k| {
-                    let x = receiver_vertex(&bench, corner[k].0, corner[k].1, mx + 1, my + 1);
+                    let x = ReceiverMesh::window(&bench).vertex(corner[k].0, corner[k].1, mx + 1, my + 1);
                     -interface.slopes((x - q[k]).extend(80.0))
                 });
                 let det = |a: DVec2, b: DVec2| a.perp_dot(b);

@@ -1,13 +1,16 @@
 //! Brightness warping as the paper prints it: the reference of what the paper did.
 
-use super::{AreaWeight, LEAST_TARGET, NAME_PAPER, locate::locate, relief::normal_mapped_surface, solve::Run};
+use super::{
+    AreaWeight, LEAST_TARGET, NAME_PAPER, locate::locate, mesh::ReceiverMesh, relief::normal_mapped_surface, solve::Run,
+};
 use crate::{
     bench::Bench,
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver},
     surface::EdgeRule,
-    target::TargetIrradiance,
+    target::{CausticMesh, TargetIrradiance},
 };
+use std::sync::Arc;
 
 /// Options of [`WarpingPaper`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,9 +34,10 @@ impl Default for WarpingPaperOptions {
 ///
 /// Takes every bench. The surface is right for a plane at the mean height, which costs accuracy in proportion to its relief
 /// over the distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct WarpingPaper {
     options: WarpingPaperOptions,
+    mesh: Option<Arc<CausticMesh>>,
 }
 
 impl WarpingPaper {
@@ -46,7 +50,12 @@ impl WarpingPaper {
             OptionError::check("lambda", lambda, 1e-12, 1e6)?;
         }
         OptionError::check("iterations_per_level", options.iterations_per_level as f64, 1.0, 1e5)?;
-        Ok(Self { options })
+        Ok(Self { options, mesh: None })
+    }
+
+    /// The same, with this mesh on the receiver in the place of the window.
+    pub fn onto(self, mesh: Arc<CausticMesh>) -> Self {
+        Self { mesh: Some(mesh), ..self }
     }
 }
 
@@ -59,20 +68,22 @@ impl Solver for WarpingPaper {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
         super::check_nodes(NAME_PAPER, nodes)?;
-        super::check_parallel(NAME_PAPER, bench)?;
+        super::check_bench(NAME_PAPER, bench)?;
         let quads = (nodes.0 - 1, nodes.1 - 1);
-        let target = target.resampled(quads.0, quads.1);
-        super::check_light(target.cells(), LEAST_TARGET)?;
+        let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);
+        let cells = receiver.flux(target, bench, quads);
+        super::check_light(&cells, LEAST_TARGET)?;
         let lambda = self.options.lambda.unwrap_or_else(|| {
             let mean_area = bench.window().area_mm2() / (quads.0 * quads.1) as f64;
             super::WarpObjective::balanced_weight_mm2(bench, quads) / mean_area
         });
         let weight = AreaWeight::Constant(lambda);
-        let mut run = Run { solver: NAME_PAPER, bench, weight, progress, summary: Summary::default() };
-        let mesh = run.pyramid(target.cells(), |_| self.options.iterations_per_level)?;
+        let mut run =
+            Run { solver: NAME_PAPER, bench, receiver: &receiver, weight, progress, summary: Summary::default() };
+        let mesh = run.pyramid(&cells, |_| self.options.iterations_per_level)?;
         let places = locate(&mesh, bench.block(), nodes);
         run.warn(&mesh, places.missed);
-        let surface = normal_mapped_surface(&places, &mesh, bench, EdgeRule::TwoPoint)?;
+        let surface = normal_mapped_surface(&places, (&mesh, &receiver), bench, EdgeRule::TwoPoint)?;
         Ok(Solution { surface, light: None, summary: run.summary })
     }
 }

@@ -1,11 +1,12 @@
-//! What the surface really draws, measured without noise: the border of every pixel is followed back through the displaced
-//! surface to the block, where the area that it encloses is the flux the pixel gets (equations 1 to 3 of the paper).
+//! What the surface really draws, measured without noise: the border of every pixel, or of every quad of a mesh that is given,
+//! is followed back through the displaced surface to the block, where the area that it encloses is the flux it gets (equations
+//! 1 to 3 of the paper).
 //!
 //! The splat of [`forward`](crate::forward) answers for any surface, folded ones included, and needs many beams for each
 //! pixel before its own noise is below the error that is left to correct. A warp is known to be nearly right and nearly
 //! one-to-one, so that Newton's method on its own vertices is both exact and some twenty times cheaper.
 
-use super::mesh::{WarpMesh, receiver_vertex};
+use super::mesh::{ReceiverMesh, WarpMesh};
 use crate::{
     bench::Bench,
     grid::{Field, bilinear_resample},
@@ -20,21 +21,28 @@ const NEWTON_STEPS: usize = 8;
 /// A point is found when it lands this near to where it should, in pixels.
 const TOLERANCE: f64 = 1e-4;
 
-/// Irradiance on `cells` of the window, relative to that of an evenly spread block of light; not a number where the border
-/// of a pixel could not be followed (at folds).
-pub(crate) fn irradiance(spline: &SurfaceSpline, mesh: &WarpMesh, bench: &Bench, cells: (usize, usize)) -> Field<f64> {
+/// Flux through `cells` equal parts of the mesh on the receiver, mean 1 if all of the block's light arrives (of a window: its
+/// irradiance); not a number where the border of a cell could not be followed (at folds).
+pub(crate) fn flux(
+    spline: &SurfaceSpline,
+    (mesh, receiver): (&WarpMesh, &ReceiverMesh),
+    bench: &Bench,
+    cells: (usize, usize),
+) -> Field<f64> {
     let (mx, my) = cells;
     // Corners and midpoints of the sides of all pixels.
     let (nx, ny) = (2 * mx + 1, 2 * my + 1);
     let start = [0, 1].map(|axis| bilinear_resample(&mesh.coordinate(axis), nx, ny));
+    let pixel = bench.window().as_vec() / DVec2::new(mx as f64, my as f64);
+    let tolerance = TOLERANCE * pixel.min_element();
     let mut points = vec![DVec2::NAN; nx * ny];
     points.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
         for (i, point) in row.iter_mut().enumerate() {
             if (i & 1) + (j & 1) < 2 {
-                let wanted = receiver_vertex(bench, i, j, nx, ny);
-                let pixel = bench.window().as_vec() / DVec2::new(mx as f64, my as f64);
+                let wanted = receiver.vertex(i, j, nx, ny);
+                let sense = if receiver.is_front(i, j, nx, ny) { 1.0 } else { -1.0 };
                 let begin = DVec2::new(start[0][(i, j)], start[1][(i, j)]);
-                *point = origin_of(wanted, begin, spline, bench, TOLERANCE * pixel.min_element()).unwrap_or(DVec2::NAN);
+                *point = origin_of((wanted, sense), begin, spline, bench, tolerance).unwrap_or(DVec2::NAN);
             }
         }
     });
@@ -54,8 +62,15 @@ pub(crate) fn irradiance(spline: &SurfaceSpline, mesh: &WarpMesh, bench: &Bench,
     Field::from_vec(mx, my, flux)
 }
 
-/// The point of the block whose light lands on `wanted`, or the nearest one on the border of the block.
-fn origin_of(wanted: DVec2, begin: DVec2, spline: &SurfaceSpline, bench: &Bench, tolerance: f64) -> Option<DVec2> {
+/// The point of the block whose light lands on `wanted`, turned over if `sense` is negative, or the nearest one on the border
+/// of the block.
+fn origin_of(
+    (wanted, sense): (DVec2, f64),
+    begin: DVec2,
+    spline: &SurfaceSpline,
+    bench: &Bench,
+    tolerance: f64,
+) -> Option<DVec2> {
     let (low, high) = (bench.block().lower(), -bench.block().lower());
     let interface = Interface::of(bench);
     let tangent = |slope: DVec2| {
@@ -81,7 +96,7 @@ fn origin_of(wanted: DVec2, begin: DVec2, spline: &SurfaceSpline, bench: &Bench,
         let curvature = DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy));
         let lever = DMat2::from_cols(here * surface.slope.x, here * surface.slope.y);
         let jacobian = DMat2::IDENTITY + way * (answer * curvature) - lever;
-        if jacobian.determinant() <= 0.0 {
+        if sense * jacobian.determinant() <= 0.0 {
             return None;
         }
         let next = (at + jacobian.inverse() * residual).clamp(low, high);
@@ -119,7 +134,8 @@ mod tests {
             let bench = Bench::new(BLOCK, distance, face).unwrap();
             let cells = (24, 16);
             let beams = forward::irradiance(&spline, &bench, Geometry::Displaced, (1200, 800), cells).irradiance;
-            let own = irradiance(&spline, &WarpMesh::regular(BLOCK, (24, 16)), &bench, cells);
+            let mesh = WarpMesh::regular(BLOCK, (24, 16));
+            let own = flux(&spline, (&mesh, &ReceiverMesh::window(&bench)), &bench, cells);
             let (low, high) = beams.min_max();
             assert!(high - low > 0.3, "{face:?}: the surface must do something: {low} to {high}");
             for (a, b) in own.as_slice().iter().zip(beams.as_slice()) {
@@ -133,7 +149,8 @@ mod tests {
         let heights = Field::from_fn(61, 41, |i, j| 0.4 * (1.2 * BLOCK.node(i, j, 61, 41).x).cos());
         let spline = SurfaceSpline::through(&HeightField::new(BLOCK, heights));
         let bench = Bench::new(BLOCK, 150.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
-        let own = irradiance(&spline, &WarpMesh::regular(BLOCK, (24, 16)), &bench, (24, 16));
+        let mesh = WarpMesh::regular(BLOCK, (24, 16));
+        let own = flux(&spline, (&mesh, &ReceiverMesh::window(&bench)), &bench, (24, 16));
         assert!(own.as_slice().iter().any(|v| v.is_nan()));
     }
 }

@@ -4,14 +4,14 @@
 use super::{
     NAME,
     locate::Places,
-    mesh::{WarpMesh, receiver_vertex},
+    mesh::{ReceiverMesh, WarpMesh},
 };
 use crate::{
     bench::Bench,
     grid::{Extent, Field},
     optics::{Interface, OpticsError},
     solver::SolveError,
-    surface::{EdgeRule, HeightField, heights_of_slopes, least_squares},
+    surface::{EdgeRule, HeightField, SurfaceSpline, heights_of_slopes, least_squares},
 };
 use glam::DVec2;
 use rayon::prelude::*;
@@ -41,13 +41,18 @@ pub(crate) fn refused(error: OpticsError) -> SolveError {
 ///
 /// # Errors
 /// The first vertex from which it cannot.
-pub(crate) fn check_rays(mesh: &WarpMesh, depth_mm: &Field<f64>, bench: &Bench) -> Result<(), SolveError> {
+pub(crate) fn check_rays(
+    mesh: &WarpMesh,
+    receiver: &ReceiverMesh,
+    depth_mm: &Field<f64>,
+    bench: &Bench,
+) -> Result<(), SolveError> {
     let (nx, ny) = mesh.vertices();
     let interface = Interface::of(bench);
     let first = (0..ny).into_par_iter().find_map_first(|j| {
         (0..nx).find_map(|i| {
             let u = mesh.vertex(i, j);
-            let ray = (receiver_vertex(bench, i, j, nx, ny) - u).extend(depth_mm[(i, j)]);
+            let ray = (receiver.vertex(i, j, nx, ny) - u).extend(depth_mm[(i, j)]);
             interface.check(ray, u).err()
         })
     });
@@ -60,16 +65,22 @@ pub(crate) fn check_rays(mesh: &WarpMesh, depth_mm: &Field<f64>, bench: &Bench) 
 ///
 /// # Errors
 /// A surface that reaches the receiver.
-pub(crate) fn mesh_heights(mesh: &WarpMesh, bench: &Bench, start: &Field<f64>) -> Result<Field<f64>, SolveError> {
+pub(crate) fn mesh_heights(
+    mesh: &WarpMesh,
+    receiver: &ReceiverMesh,
+    bench: &Bench,
+    start: &Field<f64>,
+) -> Result<Field<f64>, SolveError> {
     let (nx, ny) = mesh.vertices();
     let interface = Interface::of(bench);
     let areas = mesh.areas_mm2();
+    let landings = receiver.vertices(nx, ny);
     let mut heights = start.clone();
     for _ in 0..SWEEPS {
         let mut slopes = vec![DVec2::ZERO; nx * ny];
         slopes.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
             for (i, slope) in row.iter_mut().enumerate() {
-                let shift = receiver_vertex(bench, i, j, nx, ny) - mesh.vertex(i, j);
+                let shift = landings[(i, j)] - mesh.vertex(i, j);
                 *slope = interface.slopes(shift.extend(bench.distance_mm() - heights[(i, j)]));
             }
         });
@@ -109,15 +120,15 @@ fn check_rise(heights: &Field<f64>, bench: &Bench) -> Result<(), SolveError> {
 /// Light that cannot be bent that far, or a surface that reaches the receiver.
 pub(crate) fn displaced_surface(
     places: &Places,
-    mesh_quads: (usize, usize),
+    receiver: &ReceiverMesh,
     heights: &Field<f64>,
     bench: &Bench,
     rule: EdgeRule,
 ) -> Result<HeightField, SolveError> {
     let (nx, ny) = (places.quads.nx(), places.quads.ny());
     let block = bench.block();
-    let cell = bench.window().as_vec() / DVec2::new(mesh_quads.0 as f64, mesh_quads.1 as f64);
-    let corner = bench.window_centre_mm() + bench.window().lower();
+    let quads = (heights.nx() - 1, heights.ny() - 1);
+    let landings = places.quads.map(|place| receiver.at(*place, quads));
     let interface = Interface::of(bench);
     let mut surface = HeightField::new(block, places.quads.map(|p| bilinear(heights, *p)));
     let mut slopes = Field::filled(nx, ny, DVec2::ZERO);
@@ -130,8 +141,7 @@ pub(crate) fn displaced_surface(
             .try_for_each(|(j, row)| {
                 for (i, slope) in row.iter_mut().enumerate() {
                     let from = block.node(i, j, nx, ny);
-                    let to = corner + places.quads[(i, j)] * cell;
-                    let ray = (to - from).extend(bench.distance_mm() - z[(i, j)]);
+                    let ray = (landings[(i, j)] - from).extend(bench.distance_mm() - z[(i, j)]);
                     interface.check(ray, from)?;
                     *slope = interface.slopes(ray);
                 }
@@ -142,6 +152,26 @@ pub(crate) fn displaced_surface(
         check_rise(surface.heights_mm(), bench)?;
     }
     Ok(surface)
+}
+
+/// How far, root mean square over the nodes, the light of a surface lands from its places on the receiver mesh, mm: what of a
+/// mesh no height field can draw.
+pub(crate) fn landing_error_mm(
+    surface: &HeightField,
+    places: &Places,
+    receiver: &ReceiverMesh,
+    quads: (usize, usize),
+    bench: &Bench,
+) -> f64 {
+    let slopes = SurfaceSpline::through(surface).node_slopes();
+    let (nx, ny) = (slopes.nx(), slopes.ny());
+    let interface = Interface::of(bench);
+    let off = Field::from_fn(nx, ny, |i, j| {
+        let from = bench.block().node(i, j, nx, ny).extend(surface.heights_mm()[(i, j)]);
+        let landing = interface.exitant(slopes[(i, j)]).map(|out| bench.receiver().landing(from, out));
+        landing.map_or(f64::NAN, |at| (at - receiver.at(places.quads[(i, j)], quads)).length_squared())
+    });
+    off.mean().sqrt()
 }
 
 fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
@@ -159,7 +189,7 @@ fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
 /// Light that cannot be bent that far.
 pub(crate) fn normal_mapped_surface(
     places: &Places,
-    mesh: &WarpMesh,
+    (mesh, receiver): (&WarpMesh, &ReceiverMesh),
     bench: &Bench,
     rule: EdgeRule,
 ) -> Result<HeightField, SolveError> {
@@ -167,9 +197,8 @@ pub(crate) fn normal_mapped_surface(
     let (vx, vy) = mesh.vertices();
     let block: Extent = bench.block();
     let interface = Interface::of(bench);
-    let direction = |i: usize, j: usize| {
-        (receiver_vertex(bench, i, j, vx, vy) - mesh.vertex(i, j)).extend(bench.distance_mm()).normalize()
-    };
+    let landings = receiver.vertices(vx, vy);
+    let direction = |i: usize, j: usize| (landings[(i, j)] - mesh.vertex(i, j)).extend(bench.distance_mm()).normalize();
     let mut slopes = vec![DVec2::ZERO; nx * ny];
     slopes
         .par_chunks_mut(nx)

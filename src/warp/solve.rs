@@ -1,7 +1,7 @@
 //! What both modes of brightness warping share: minimising level by level, and reporting it.
 
 use super::{
-    mesh::{WarpMesh, pyramid},
+    mesh::{ReceiverMesh, WarpMesh, pyramid},
     objective::WarpObjective,
     relief::check_rays,
 };
@@ -40,6 +40,7 @@ const FIRST_MOVE: f64 = 0.02;
 pub(crate) struct Run<'a> {
     pub(crate) solver: &'static str,
     pub(crate) bench: &'a Bench,
+    pub(crate) receiver: &'a ReceiverMesh,
     pub(crate) weight: AreaWeight,
     pub(crate) progress: &'a dyn Progress,
     pub(crate) summary: Summary,
@@ -62,7 +63,7 @@ impl Run<'_> {
             let cells = area_resample(cells, quads.0, quads.1);
             let depth = Field::filled(quads.0 + 1, quads.1 + 1, self.bench.distance_mm());
             self.minimise("pyramid", &mut mesh, &cells, &depth, iterations(quads))?;
-            check_rays(&mesh, &depth, self.bench)?;
+            check_rays(&mesh, self.receiver, &depth, self.bench)?;
         }
         Ok(mesh)
     }
@@ -83,7 +84,7 @@ impl Run<'_> {
         let (nx, ny) = mesh.vertices();
         let failed = |why: String| SolveError::Failed { solver: self.solver, nx, ny, why };
         let weight = self.weight.weight_mm2(self.bench, (nx - 1, ny - 1));
-        let mut objective = WarpObjective::new(self.bench, cells, weight);
+        let mut objective = WarpObjective::onto(self.receiver, self.bench, cells, weight);
         objective.set_depth(depth_mm.clone());
         // A first step beyond a small part of a cell could fold the mesh for good.
         let cell = self.bench.block().node_spacing(nx, ny).min_element();

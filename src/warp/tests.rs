@@ -45,7 +45,7 @@ fn error(solution: &Solution, target: &TargetIrradiance, bench: &Bench, geometry
 fn the_displaced_surface_draws_the_target_for_glass_and_mirror_and_any_window() {
     for face in [GLASS, ExitFace::Reflects] {
         let own = bench(face);
-        let other = own.with_window(Extent::new(75.0, 40.0), DVec2::new(8.0, -5.0)).unwrap();
+        let other = own.clone().with_window(Extent::new(75.0, 40.0), DVec2::new(8.0, -5.0)).unwrap();
         for bench in [own, other] {
             let target = target(PIXELS);
             let solution = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap();
@@ -71,7 +71,8 @@ fn the_paper_takes_tilted_light_and_the_improved_mode_says_that_it_does_not() {
     let target = target(PIXELS);
     for face in [GLASS, ExitFace::Reflects] {
         let straight = bench(face);
-        let bench = straight.with_light_direction(straight.light_direction() + DVec3::new(0.08, -0.05, 0.0)).unwrap();
+        let bench =
+            straight.clone().with_light_direction(straight.light_direction() + DVec3::new(0.08, -0.05, 0.0)).unwrap();
         let solution = WarpingPaper::default().solve(&target, &bench, NODES, &Silent).unwrap();
         let plane = error(&solution, &target, &bench, Geometry::NormalMappedPlane);
         assert!(plane < 0.06, "{face:?}: {plane}");

@@ -28,7 +28,7 @@ fn trace(c: &mut Criterion) {
             BatchSize::PerIteration,
         );
     });
-    let facets = Scene { surface: Surface::Facets, ..straight };
+    let facets = Scene { surface: Surface::Facets, ..straight.clone() };
     let large = block(1001, 1001, SIZE, -15.0, relief);
     group.throughput(Throughput::Elements(large.triangles.len() as u64));
     group.bench_function("hierarchy over a whole solid of 2 million triangles", |b| {
@@ -39,7 +39,7 @@ fn trace(c: &mut Criterion) {
     let mut tracers = Vec::new();
     for traversal in [Traversal::Grid, Traversal::Bvh] {
         for surface in [Surface::Spline, Surface::Facets] {
-            let scene = Scene { surface, traversal, ..straight };
+            let scene = Scene { surface, traversal, ..straight.clone() };
             let tracer = Tracer::for_block(&recognised, &scene).expect("a bench");
             tracers.push((format!("{traversal:?}, {surface:?}"), tracer));
         }

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let window = Window { size_mm: block.size_mm(), centre_mm: DVec2::ZERO, nx: 512, ny: 512 };
     let facets = Scene { surface: Surface::Facets, ..Scene::new(1.5, 250.0, window) };
-    let spline = Scene { surface: Surface::Spline, ..facets };
+    let spline = Scene { surface: Surface::Spline, ..facets.clone() };
     for (name, tracer) in [
         ("block, hierarchy, facets", Tracer::for_block(&block, &facets)?),
         ("block, hierarchy, spline", Tracer::for_block(&block, &spline)?),

@@ -22,8 +22,9 @@ pub struct Beams {
 /// Rows of beams traced by one task: it traces one row of rays more than that.
 const ROWS: usize = 32;
 
-/// Cuts the light of the aperture into `nx * ny` equal beams, traces their corners, and spreads every beam's power over the
-/// area between its four landing points (section 2.1 of the paper, with the power shared by area).
+/// Cuts the light of the aperture into `nx * ny` beams of equal cross-section, traces their corners, and spreads every beam's power
+/// over the area between its four landing points (section 2.1 of the paper, with the power shared by area). Its power is the mean
+/// of that at its corners.
 ///
 /// A beam whose corners went different ways is booked corner by corner. On a smooth surface the error falls with the square
 /// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4
@@ -47,7 +48,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
             let trace_row = |row: &mut Vec<Path>, j: usize| {
                 let y = along(lower.y, upper.y, j, ny);
                 row.clear();
-                row.extend((0..=nx).map(|i| tracer.path(DVec2::new(along(lower.x, upper.x, i, nx), y))));
+                row.extend((0..=nx).map(|i| tracer.path_at(DVec2::new(along(lower.x, upper.x, i, nx), y))));
             };
             let (mut below, mut above) = (Vec::with_capacity(nx + 1), Vec::with_capacity(nx + 1));
             let mut tally = Tally::default();
@@ -63,13 +64,13 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
         })
         .reduce(Tally::default, Tally::plus);
     let beams = (nx * ny) as u64;
-    Beams { image: film.develop(beams), flux: tally.flux(beams), beams }
+    Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
 }
 
-/// Cuts the light of straight light through a block into one beam for every flat triangle of its exit face, and traces their
-/// corners, just inside of them. Light that leaves a plane facet is parallel, and so these beams are exact, where those of
-/// [`beams`] reach from one facet to the next. `tracer` has been made for this block with
-/// [`Surface::Facets`](crate::Surface::Facets) and light along the axis.
+/// Cuts the light of a block into one beam for every flat triangle of its exit face, and traces their corners, just inside of
+/// them. Parallel light that leaves a plane facet is parallel, and so these beams are exact, where those of [`beams`] reach from one
+/// facet to the next; in the light of a point they err as those do on a smooth surface. `tracer` has been made for this block with
+/// [`Surface::Facets`](crate::Surface::Facets).
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.nx - 1, block.ny - 1);
     let film = Film::new(&tracer.scene().window);
@@ -86,7 +87,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
                 };
                 for corners in halves {
                     let centre = corners.iter().sum::<DVec2>() / 3.0;
-                    let [a, b, c] = corners.map(|corner| tracer.path(corner.lerp(centre, INSIDE)));
+                    let [a, b, c] = corners.map(|corner| tracer.path_at(corner.lerp(centre, INSIDE)));
                     // The fourth corner of a quadrilateral, in the middle of an edge.
                     let middle = match (b.end, c.end) {
                         (End::Receiver(p), End::Receiver(q)) => Path { end: End::Receiver(0.5 * (p + q)), ..b },
@@ -100,7 +101,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
         .reduce(Tally::default, Tally::plus);
     // All triangles have the same area as seen by the light: half a cell of a regular grid.
     let beams = 2 * (columns * rows) as u64;
-    Beams { image: film.develop(beams), flux: tally.flux(beams), beams }
+    Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
 }
 
 /// How far inside a triangle its corners are traced, as a part of the way to its centre: far enough that rounding does not
@@ -112,23 +113,27 @@ const INSIDE: f64 = 1e-6;
 fn book(film: &Film, paths: [Path; 4], tally: &mut Tally) {
     let mut landings = [DVec2::ZERO; 4];
     let mut together = true;
-    let mut power = 0.0;
+    let (mut power, mut arrives) = (0.0, 0.0);
     for (landing, path) in landings.iter_mut().zip(&paths) {
-        power += 0.25 * path.transmittance;
+        power += 0.25 * path.power;
+        arrives += 0.25 * path.power * path.transmittance;
         match path.end {
             End::Receiver(at) if path.signature == paths[0].signature => *landing = at,
             _ => together = false,
         }
     }
+    let in_units = |power: f64| (power * UNIT as f64) as u64;
     if together {
-        let units = ((power * UNIT as f64) as u64).min(UNIT);
+        let all = in_units(power);
+        let units = in_units(arrives).min(all);
         film.splat(landings, units, tally);
-        tally.reflected += u128::from(UNIT - units);
+        tally.reflected += u128::from(all - units);
     } else {
         for path in paths {
-            let units = ((0.25 * path.transmittance * UNIT as f64) as u64).min(UNIT / 4);
+            let all = in_units(0.25 * path.power);
+            let units = in_units(0.25 * path.power * path.transmittance).min(all);
             film.record(path.end, units, tally);
-            tally.reflected += u128::from(UNIT / 4 - units);
+            tally.reflected += u128::from(all - units);
         }
     }
 }

@@ -22,6 +22,8 @@ pub struct Block {
     pub(crate) normals: Option<Vec<DVec3>>,
     /// The plane around the exit face, mm, if there is one.
     rim_z: Option<f64>,
+    /// Least and greatest corner of the entry face, mm.
+    entry_face: (DVec2, DVec2),
 }
 
 /// The diagonal along which a cell of the grid is cut.
@@ -128,6 +130,7 @@ impl Block {
             diagonals,
             normals,
             rim_z,
+            entry_face: (lo.truncate(), hi.truncate()),
         })
     }
 
@@ -167,7 +170,24 @@ impl Block {
             diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
             normals: None,
             rim_z: None,
+            entry_face: (lower, upper),
         })
+    }
+
+    /// The same block with an entry face of another size: with glass around the exit face by which oblique light can come to all of
+    /// it, as a rim lower than the face has.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for an entry face that does not reach under all of the exit face.
+    pub fn with_entry_face(mut self, lower_mm: DVec2, upper_mm: DVec2) -> Result<Self, BlockError> {
+        if !(lower_mm.cmple(self.lower).all() && upper_mm.cmpge(self.upper).all() && (upper_mm - lower_mm).is_finite())
+        {
+            return Err(BlockError::Grid {
+                why: format!("an entry face from {lower_mm} mm to {upper_mm} mm is not under all of the exit face"),
+            });
+        }
+        self.entry_face = (lower_mm, upper_mm);
+        Ok(self)
     }
 
     /// The same block with these normals at its nodes, which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose normals
@@ -207,6 +227,11 @@ impl Block {
     /// Position of the entry face, mm.
     pub fn entry_z_mm(&self) -> f64 {
         self.entry_z
+    }
+
+    /// Least and greatest corner of the entry face, mm: a rim belongs to it.
+    pub fn entry_face_mm(&self) -> (DVec2, DVec2) {
+        self.entry_face
     }
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.

@@ -83,7 +83,7 @@ fn under_edge(mut a: DVec2, mut b: DVec2, limit: DVec2) -> f64 {
     }
 }
 
-/// Where the light that fills the aperture goes, as parts of it; they sum to 1.
+/// Where the light of the aperture goes, as parts of it; they sum to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Flux {
     /// Arrives in the window.
@@ -92,7 +92,7 @@ pub struct Flux {
     pub missed: f64,
     /// Is totally reflected inside.
     pub totally_reflected: f64,
-    /// Meets a side wall, or the solid again, or never reaches the receiver.
+    /// Meets a side wall before the exit face or behind it, or the solid again, or never reaches the receiver.
     pub side: f64,
     /// Is partially reflected on the way.
     pub reflected: f64,
@@ -144,9 +144,15 @@ impl Tally {
         }
     }
 
-    /// As parts of the power of `rays` rays.
-    pub(crate) fn flux(&self, rays: u64) -> Flux {
-        let part = |units: u128| units as f64 / (rays as f64 * UNIT as f64);
+    /// All power that was sent out.
+    pub(crate) fn total(&self) -> u128 {
+        self.window + self.missed + self.totally_reflected + self.side + self.reflected + self.beside + self.lost
+    }
+
+    /// As parts of all power.
+    pub(crate) fn flux(&self) -> Flux {
+        let total = self.total().max(1) as f64;
+        let part = |units: u128| units as f64 / total;
         Flux {
             window: part(self.window),
             missed: part(self.missed),
@@ -284,10 +290,10 @@ impl Film {
         self.pixels.iter_mut().map(|p| std::mem::take(p.get_mut()))
     }
 
-    /// The picture of `rays` rays: 1 is the irradiance of the aperture's light spread evenly over the window.
-    pub(crate) fn develop(mut self, rays: u64) -> Image {
+    /// The picture of light of this power: 1 is the irradiance of all of it spread evenly over the window.
+    pub(crate) fn develop(mut self, total: u128) -> Image {
         let (nx, ny) = (self.nx, self.ny);
-        let scale = (nx * ny) as f64 / (rays as f64 * UNIT as f64);
+        let scale = (nx * ny) as f64 / total.max(1) as f64;
         Image::new(nx, ny, self.take().map(|units| units as f64 * scale).collect())
     }
 }
@@ -308,7 +314,7 @@ mod tests {
         film.record(End::Receiver(DVec2::new(-1.9, 0.9)), 2 * UNIT, &mut tally);
         film.record(End::Receiver(DVec2::new(1.9, -0.9)), 3 * UNIT, &mut tally);
         film.record(End::Receiver(DVec2::new(2.1, 0.0)), UNIT, &mut tally);
-        let image = film.develop(1);
+        let image = film.develop(UNIT.into());
         assert_eq!(image.values.iter().map(|v| v / 8.0).collect::<Vec<_>>(), [1.0, 0.0, 0.0, 2.0, 3.0, 0.0, 0.0, 0.0]);
         assert_eq!((tally.window, tally.missed), (6 * u128::from(UNIT), u128::from(UNIT)));
     }
@@ -323,11 +329,11 @@ mod tests {
         };
         film.splat(square(0.0, 0.0), UNIT, &mut tally);
         film.splat(square(2.0, 2.0), UNIT, &mut tally);
-        let image = film.develop(16);
+        let image = film.develop(16 * u128::from(UNIT));
         for k in [5, 6, 9, 10] {
             assert!((image.values[k] - 0.25).abs() < 1e-9);
         }
         assert!((image.values[0] - 0.25).abs() < 1e-9);
-        assert!((tally.flux(2).missed - 0.375).abs() < 1e-9 && (tally.flux(2).total() - 1.0).abs() < 1e-15);
+        assert!((tally.flux().missed - 0.375).abs() < 1e-9 && (tally.flux().total() - 1.0).abs() < 1e-15);
     }
 }

@@ -149,14 +149,14 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
 }
 
 #[inline]
-fn shoot(tracer: &Tracer, film: &Film, start: DVec2, fates: &mut Tally) {
-    let mut left = UNIT;
-    tracer.all_paths(start, |end, power| {
-        let units = ((power * UNIT as f64) as u64).min(left);
-        left -= units;
+fn shoot(tracer: &Tracer, film: &Film, at: DVec2, fates: &mut Tally) {
+    let mut booked = 0;
+    let power = tracer.all_paths(at, |end, part, power| {
+        let units = ((part * power * UNIT as f64) as u64).min((power * UNIT as f64) as u64 - booked);
+        booked += units;
         film.record(end, units, fates);
     });
-    fates.reflected += u128::from(left);
+    fates.reflected += u128::from((power * UNIT as f64) as u64 - booked);
 }
 
 /// The finaliser of SplitMix64: a bijection whose output bits all depend on all input bits.
@@ -206,6 +206,11 @@ impl PhotonTally {
         self.done.len() == self.replicates as usize
     }
 
+    /// Whether all photons have the same power.
+    fn is_even(&self) -> bool {
+        self.fates.total() == u128::from(self.photons()) * u128::from(UNIT)
+    }
+
     fn each(&self) -> u64 {
         u64::from(self.strata.0) * u64::from(self.strata.1)
     }
@@ -238,12 +243,12 @@ impl PhotonTally {
 
     /// Where the light went.
     pub fn flux(&self) -> Flux {
-        self.fates.flux(self.photons())
+        self.fates.flux()
     }
 
     /// Irradiance; 1 is the light of the aperture spread evenly over the window.
     pub fn image(&self) -> Image {
-        let scale = self.sums.len() as f64 / (self.photons() as f64 * UNIT as f64);
+        let scale = self.sums.len() as f64 / self.fates.total().max(1) as f64;
         Image::new(self.pixels.0, self.pixels.1, self.sums.iter().map(|&s| s as f64 * scale).collect())
     }
 
@@ -251,7 +256,7 @@ impl PhotonTally {
     /// than two of them.
     pub fn standard_error(&self) -> Image {
         let n = self.done.len() as f64;
-        let scale = self.sums.len() as f64 / (self.each() as f64 * UNIT as f64);
+        let scale = self.sums.len() as f64 * n / self.fates.total().max(1) as f64;
         let deviation = |(&sum, &square): (&u128, &u128)| {
             // n * square - sum^2 in integers: no cancellation.
             let spread = (self.done.len() as u128 * square - sum * sum) as f64;

@@ -5,7 +5,7 @@ mod common;
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
-    Block, End, Fresnel, Geometry, Mesh, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons,
+    Block, End, Fresnel, Geometry, Light, Mesh, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons,
 };
 use rayon::prelude::*;
 
@@ -25,10 +25,10 @@ fn every_tracer(mesh: &Mesh, scene: &Scene) -> Vec<(String, Tracer)> {
     let block = Block::from_mesh(mesh).unwrap();
     let mut tracers = Vec::new();
     for surface in [Surface::Spline, Surface::Smooth, Surface::Facets] {
-        let scene = Scene { surface, ..*scene };
+        let scene = Scene { surface, ..scene.clone() };
         tracers.push((format!("block, {surface:?}"), Tracer::for_block(&block, &scene).unwrap()));
     }
-    let scene = Scene { surface: Surface::Facets, ..*scene };
+    let scene = Scene { surface: Surface::Facets, ..scene.clone() };
     tracers.push(("full solid".into(), Tracer::for_solid(mesh, &scene).unwrap()));
     tracers
 }
@@ -43,7 +43,7 @@ fn starts() -> impl Iterator<Item = DVec2> {
 fn a_flat_slab_moves_nothing_or_shifts_everything_alike() {
     let mesh = block(9, 7, SIZE, -10.0, |_, _| 0.0);
     for tilt in [0.0, 0.15f64] {
-        let scene = Scene { light: DVec3::new(tilt.sin(), 0.0, tilt.cos()), ..scene(SIZE, 32, 100.0) };
+        let scene = Scene { light: Light::parallel(DVec3::new(tilt.sin(), 0.0, tilt.cos())), ..scene(SIZE, 32, 100.0) };
         let inside = (tilt.sin() / 1.5).asin();
         let shift = DVec2::new(10.0 * inside.tan() + 100.0 * tilt.tan(), 0.0);
         for (name, tracer) in every_tracer(&mesh, &scene) {
@@ -94,8 +94,11 @@ fn a_tilted_ray_meets_the_spline_and_not_its_triangles() {
     let radius = 60.0;
     let mesh = block(41, 31, SIZE, -20.0, |x, _| -x * x / (2.0 * radius));
     let light = DVec3::new(0.2, 0.0, 1.0).normalize();
-    let tracer =
-        Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &Scene { light, ..scene(SIZE, 32, 100.0) }).unwrap();
+    let tracer = Tracer::for_block(
+        &Block::from_mesh(&mesh).unwrap(),
+        &Scene { light: Light::parallel(light), ..scene(SIZE, 32, 100.0) },
+    )
+    .unwrap();
     let tan = (light.x / 1.5).asin().tan();
     for k in -10..=10 {
         let start = DVec2::new(f64::from(k), 1.234);
@@ -120,9 +123,9 @@ fn a_plano_convex_lens_converges_with_the_order_of_its_surface_model() {
     let worst = |n: usize, surface: Surface| {
         let mesh = block(4 * n + 1, 3 * n + 1, SIZE, -20.0, cap);
         let tracer = if surface == Surface::Facets {
-            Tracer::for_solid(&mesh, &Scene { surface, ..scene })
+            Tracer::for_solid(&mesh, &Scene { surface, ..scene.clone() })
         } else {
-            Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &Scene { surface, ..scene })
+            Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &Scene { surface, ..scene.clone() })
         }
         .unwrap();
         // Golden-ratio steps, so that no start is on a grid line.
@@ -206,7 +209,7 @@ fn power_adds_up_to_one_whatever_happens() {
     for light in [DVec3::Z, DVec3::new(0.4, -0.2, 1.0)] {
         for fresnel in [Fresnel::Off, Fresnel::On] {
             let mesh = block(81, 61, SIZE, -15.0, rough);
-            let scene = Scene { fresnel, light, ..scene(SIZE, 32, 60.0) };
+            let scene = Scene { fresnel, light: Light::parallel(light), ..scene(SIZE, 32, 60.0) };
             for (name, tracer) in every_tracer(&mesh, &scene) {
                 let beams = beams(&tracer, 160, 120).flux;
                 let photons = photons(&tracer, &PhotonPlan::new(60_000, 7)).unwrap().flux();
@@ -233,7 +236,7 @@ fn fresnel_takes_four_percent_at_each_face() {
         assert!((flux.window - 0.96 * 0.96).abs() < 1e-9, "{name}: {flux:?}");
     }
     // With everything that goes to and fro inside: (1 - r) / (1 + r) for r = 0.04, up to the cut-off of weak branches.
-    let whole = Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene }).unwrap();
+    let whole = Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene.clone() }).unwrap();
     let flux = photons(&whole, &PhotonPlan::new(10_000, 3)).unwrap().flux();
     assert!((flux.window - 0.96 / 1.04).abs() < 1e-5, "{flux:?}");
 }
@@ -261,10 +264,14 @@ fn no_ray_is_lost_at_vertices_and_edges() {
     let scene = scene(SIZE, 32, 250.0);
     aim_at_everything(
         &mesh,
-        &Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene }).unwrap(),
+        &Tracer::for_block(&block, &Scene { surface: Surface::Facets, ..scene.clone() }).unwrap(),
         1_000_000,
     );
-    aim_at_everything(&mesh, &Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene }).unwrap(), 300_000);
+    aim_at_everything(
+        &mesh,
+        &Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene.clone() }).unwrap(),
+        300_000,
+    );
 }
 
 #[test]
@@ -274,10 +281,10 @@ fn no_ray_of_a_hundred_million_is_lost() {
     let scene = scene(SIZE, 32, 250.0);
     let block = Block::from_mesh(&mesh).unwrap();
     for traversal in [Traversal::Bvh, Traversal::Grid] {
-        let scene = Scene { traversal, ..scene };
+        let scene = Scene { traversal, ..scene.clone() };
         aim_at_everything(&mesh, &Tracer::for_block(&block, &scene).unwrap(), 100_000_000);
     }
-    let scene = Scene { surface: Surface::Facets, ..scene };
+    let scene = Scene { surface: Surface::Facets, ..scene.clone() };
     aim_at_everything(&mesh, &Tracer::for_solid(&mesh, &scene).unwrap(), 100_000_000);
 }
 

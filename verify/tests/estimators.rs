@@ -5,8 +5,8 @@ mod common;
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
-    Block, Image, PhotonError, PhotonPlan, PhotonTally, Scene, Surface, Tracer, Traversal, beams, facet_beams, metrics,
-    photons,
+    Block, Image, Light, PhotonError, PhotonPlan, PhotonTally, Scene, Surface, Tracer, Traversal, beams, facet_beams,
+    metrics, photons,
 };
 
 const SIZE: DVec2 = DVec2::new(100.0, 80.0);
@@ -91,7 +91,7 @@ fn a_uniform_slab_gives_a_uniform_image() {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let tracer = tracer(&Scene { light: DVec3::new(0.05, -0.02, 1.0), ..scene(SIZE, 64, 250.0) });
+    let tracer = tracer(&Scene { light: Light::parallel(DVec3::new(0.05, -0.02, 1.0)), ..scene(SIZE, 64, 250.0) });
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| (beams(&tracer, 200, 160), photons(&tracer, &PhotonPlan::new(50_000, 5)).unwrap()))
@@ -176,7 +176,7 @@ fn damaged_tallies_are_refused() {
 fn the_grid_and_the_hierarchy_find_the_same_crossings() {
     for surface in [Surface::Spline, Surface::Facets] {
         let straight = scene(SIZE, 64, 250.0);
-        let looked_up = tracer(&Scene { surface, traversal: Traversal::Grid, ..straight });
+        let looked_up = tracer(&Scene { surface, traversal: Traversal::Grid, ..straight.clone() });
         let searched = tracer(&Scene { surface, traversal: Traversal::Bvh, ..straight });
         for k in 0..20_000 {
             let u = DVec2::new(f64::from(k) * 0.618_034 % 1.0 - 0.5, f64::from(k) * 0.754_878 % 1.0 - 0.5);

@@ -157,7 +157,7 @@ mod tests {
             (Some(Rim { width_mm: 5.0, rise_mm: 1.0, mark_mm: None }), 11, 24),
             (Some(Rim { width_mm: 5.0, rise_mm: -2.0, mark_mm: Some(3.0) }), 12, 27),
         ] {
-            let shape = Shape { rim, origin: Origin::Corner };
+            let shape = Shape { rim, origin: Origin::Corner, ..Shape::default() };
             let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
             let shell = Shell::new(&solid, &ControlNet::fitted(&surface, (6, 7)));
             assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{rim:?}");

@@ -1,17 +1,16 @@
 //! The relation for a point source: what has no closed form, and the derivatives that parallel light lacks.
 
-use super::{Jet, OpticalPath, Ray, bend};
+use super::{Arrived, Jet, OpticalPath, Ray, bend};
 use crate::{
     bench::Bench,
     light::{Arrival, PointWave},
 };
-use glam::{DMat2, DVec2};
+use glam::{DMat2, DVec2, DVec3};
 
 /// The wave of a point source, and how it goes on behind a flat face.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PointSource {
     pub(super) wave: PointWave,
-    pub(super) flat: PointWave,
     /// Steps of `l` and of heights that are below rounding, mm.
     negligible_mm: f64,
 }
@@ -24,25 +23,53 @@ pub(super) struct PointRay {
     pub(super) flat_bend: DMat2,
 }
 
+/// The light that a flat face sends to a point of the receiver.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FlatRay {
+    /// The part of its direction along the receiver.
+    pub(super) along: DVec2,
+    /// Second derivatives of `b_flat` along the receiver, 1/mm.
+    bend: DMat2,
+    /// `b_flat`, up to the constant of [`Arrival::phase_mm`], less the distance of the receiver.
+    phase_mm: f64,
+}
+
 /// Most Newton steps for the length of a ray or the height of an oval.
 const STEPS: usize = 30;
 
 impl PointSource {
     pub(super) fn of(bench: &Bench) -> Option<Self> {
-        PointWave::of(bench).map(|wave| Self {
-            wave,
-            flat: wave.continued(bench.distance_mm()),
-            negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm(),
-        })
+        PointWave::of(bench)
+            .map(|wave| Self { wave, negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm() })
     }
 }
 
 impl OpticalPath {
+    /// The light of a source behind a flat face, which is again that of a source behind a plate.
+    #[inline(always)]
+    pub(super) fn flat_from(&self, point: &PointSource, y: DVec2) -> Option<FlatRay> {
+        let to = self.receiver.point(y);
+        let wave = point.wave.continued(to.z);
+        let flat = wave.at(to.truncate(), 0.0)?;
+        let axes = self.receiver.axes();
+        let phase_mm = flat.phase_mm + (to.z - self.receiver.distance_mm());
+        let bend = wave.bend(&flat);
+        if !self.receiver.is_turned() {
+            return Some(FlatRay { along: flat.tangential, bend, phase_mm });
+        }
+        // In air the gradient of the phase is a unit vector e, so that its second derivatives vanish along it. For any v they are
+        // those of the tangential part of v - e v_z / e_z.
+        let e = flat.tangential.extend((1.0 - flat.tangential.length_squared()).sqrt());
+        let sheared = |v: DVec3| v.truncate() - e.truncate() * (v.z / e.z);
+        let sheared = DMat2::from_cols(sheared(axes.x_axis), sheared(axes.y_axis));
+        Some(FlatRay { along: self.along(e), bend: sheared.transpose() * bend * sheared, phase_mm })
+    }
+
     /// [`OpticalPath::ray`] in the light of a point source. Along a straight line `W + l` is convex, and on real rays
     /// monotone: Newton's iteration for `l` cannot miss.
     pub(super) fn ray_from(&self, point: &PointSource, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
-        let flat = point.flat.at(y, 0.0)?;
-        let s = flat.tangential + self.kappa * slope;
+        let flat = self.flat_from(point, y)?;
+        let s = flat.along + self.kappa * slope;
         let c2 = 1.0 - s.length_squared();
         // False, too, where it is not a number.
         let forward = c2 > 1e-6;
@@ -50,24 +77,26 @@ impl OpticalPath {
             return None;
         }
         let c = c2.sqrt();
+        let (to, direction) = (self.receiver.point(y), self.direction(s, c));
         let path = flat.phase_mm + self.kappa * u;
-        let mut length = self.distance_mm / c;
+        let distance_mm = self.receiver.distance_mm();
+        let mut length = distance_mm / c;
         let mut nearby = None;
         for _ in 0..STEPS {
-            let arrival = point.wave.near(y - length * s, self.distance_mm - length * c, nearby.as_ref())?;
-            let (tangential, axial) = (arrival.tangential, arrival.axial);
-            let q = tangential.dot(s) + axial * c - 1.0;
+            let from = to - direction * length;
+            let arrival = point.wave.near(from.truncate(), from.z, nearby.as_ref())?;
+            let incident = arrival.tangential.extend(arrival.axial);
+            let q = incident.dot(direction) - 1.0;
             let refracted = q * self.kappa > 1e-9;
             if !refracted {
                 return None;
             }
-            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / q;
+            let step = (arrival.phase_mm + (length - distance_mm) - path) / q;
             length += step;
             if step.abs() <= point.negligible_mm {
-                let flat_bend = point.flat.bend(&flat) * (1.0 / self.kappa);
-                let tilt = tangential / axial;
-                let point = Some(PointRay { arrival, flat_bend });
-                return (length > 0.0).then_some(Ray { s, c, length, q, tangential, axial, tilt, point });
+                let arrived = Arrived::new(incident, &self.receiver.axes());
+                let point = Some(PointRay { arrival, flat_bend: flat.bend * (1.0 / self.kappa) });
+                return (length > 0.0).then_some(Ray { s, c, length, q, arrived, point });
             }
             nearby = Some(arrival);
         }
@@ -76,8 +105,8 @@ impl OpticalPath {
 
     /// [`OpticalPath::footprint_variation`] in the light of a point source.
     ///
-    /// `X` moves the footprint's direction by `dm = M^-1 (-dl e - l E ds)`, `M^-1 = dm/dX_t`, which turns `N` and with it
-    /// `tilt`, `e`, `E`, `q`, `dq` and `B`; `B` also follows the height of `X`.
+    /// `X` turns `N` by the curvature `K = dm/dX_t` of the wave: `dm = K M (-dl e - l E ds)`, and as the receiver sees it `dN'_t =
+    /// M^T dm`. With `N` turn `tilt`, `e`, `E`, `q`, `dq`, `M` and `B`; `B` also follows the height of `X`.
     pub(super) fn footprint_variation_from(
         &self,
         point: &PointSource,
@@ -86,10 +115,17 @@ impl OpticalPath {
         jet: &Jet,
         w: DMat2,
     ) -> [f64; 6] {
-        let Ray { s, c, length, q, tangential: n, axial, tilt, .. } = *ray;
+        let Ray { s, c, length, q, arrived, .. } = *ray;
+        let Arrived { tangential: n, axial, tilt, crossing } = arrived;
         let footprint = point.wave.footprint(&of.arrival);
-        let (by_m, by_z) = footprint.variation(w * self.crossing_jacobian(ray, jet).transpose());
+        let along_receiver = self.crossing_jacobian(ray, jet);
+        let (mut by_m, by_z) = footprint.variation(w * (crossing * along_receiver).transpose());
         let w = footprint.matrix() * w;
+        // M follows the tilt on the block, -dtilt (x) lean.
+        let (lean, block_tilt) = (self.lean(), of.arrival.tangential / of.arrival.axial);
+        let of_block_tilt = -(w * (along_receiver.transpose() * lean));
+        by_m += (of_block_tilt + block_tilt * block_tilt.dot(of_block_tilt)) / of.arrival.axial;
+        let w = crossing.transpose() * w;
         let h = bend(ray, jet) * self.kappa;
         let g = (n - s) / q + h * self.dl_ds(ray);
         let (e, de) = self.footprint_direction(ray);
@@ -97,10 +133,13 @@ impl OpticalPath {
         let hv = h * v;
         let of_tilt = w * (g * c - h * s * (length / c));
         let of_q = (v.dot(n - s) - length * hv.dot(self.dq_ds(ray))) / (q * q);
-        let of_n = (of_tilt + tilt * tilt.dot(of_tilt)) / axial - v / q + e * of_q + de * hv * (length / q) + by_m;
-        let of_crossing = point.wave.bend(&of.arrival) * of_n;
-        let of_l = -of_crossing.dot(e) - by_z * c;
-        let of_s = self.dl_ds(ray) * of_l - (de.transpose() * of_crossing) * length + s * (by_z * length / c);
+        let of_n = (of_tilt + tilt * tilt.dot(of_tilt)) / axial - v / q + e * of_q + de * hv * (length / q);
+        let of_crossing = crossing.transpose() * (point.wave.bend(&of.arrival) * (crossing * of_n + by_m));
+        let of_l = -of_crossing.dot(e) - by_z * self.direction(s, c).z;
+        let upright = self.receiver.axes().z_axis.z;
+        let of_s = self.dl_ds(ray) * of_l
+            - (de.transpose() * of_crossing) * length
+            - (lean - s * (upright / c)) * (by_z * length);
         let mut variation = self.crossing_variation(ray, jet, w);
         variation[0] -= of_l * self.kappa / q;
         variation[1] += of_s.x * self.kappa;
@@ -111,20 +150,21 @@ impl OpticalPath {
     /// [`OpticalPath::oval_height`] in the light of a point source: the root of `W(x, h) + |Y - (x, h)| = b`, which is
     /// convex in `h`.
     pub(super) fn oval_height_from(&self, point: &PointSource, x: DVec2, y: DVec2, u: f64) -> f64 {
-        let Some(flat) = point.flat.at(y, 0.0) else { return f64::NAN };
+        let Some(flat) = self.flat_from(point, y) else { return f64::NAN };
+        let (at, distance_mm) = (self.receiver.point(y), self.receiver.distance_mm());
         let path = flat.phase_mm + self.kappa * u;
         let mut height = 0.0;
         let mut nearby = None;
         for _ in 0..STEPS {
             let Some(arrival) = point.wave.near(x, height, nearby.as_ref()) else { break };
-            let to = (y - x).extend(self.distance_mm - height);
+            let to = at - x.extend(height);
             let length = to.length();
             let slope = arrival.axial - to.z / length;
             let monotone = slope * self.kappa > 0.0;
             if !monotone {
                 break;
             }
-            let step = (arrival.phase_mm + (length - self.distance_mm) - path) / slope;
+            let step = (arrival.phase_mm + (length - distance_mm) - path) / slope;
             height -= step;
             if step.abs() <= point.negligible_mm {
                 return height;

@@ -4,6 +4,7 @@ import os
 import sys
 
 import bpy
+import mathutils
 
 FOLDER = os.path.dirname(os.path.abspath(__file__))
 UNIT = 0.01  # Blender units per millimetre: numbers near 1 keep single precision accurate.
@@ -71,17 +72,41 @@ def rectangle(name, x0, y0, x1, y1, z):
     return add(name, mesh)
 
 
+def placed(x, y, z, at):
+    """The matrix of an object whose axes are these unit vectors, at this place (mm)."""
+    return mathutils.Matrix([(a, b, c, UNIT * d) for a, b, c, d in zip(x, y, z, at)] + [(0, 0, 0, 1)])
+
+
 def camera(x0, y0, x1, y1, z):
     """An orthographic camera that looks along +z at this rectangle; the picture's left is +x."""
-    width, height = x1 - x0, y1 - y0
+    at = ((x0 + x1) / 2, (y0 + y1) / 2, z)
+    looking("ORTHO", x1 - x0, y1 - y0, placed((-1, 0, 0), (0, 1, 0), (0, 0, -1), at))
+
+
+def view():
+    """The camera whose rays are the rays of the light."""
+    vector = mathutils.Vector
+    right, up, looks = vector(VIEW_RIGHT), vector(VIEW_UP), vector(VIEW_LOOKS)
+    width, height = right.length, up.length
+    matrix = placed(right / width, up / height, -looks, VIEW_LOCATION)
+    if not AT_SOURCE:
+        looking("ORTHO", width, height, matrix)
+        return
+    towards = vector(VIEW_CENTRE) - vector(VIEW_LOCATION)
+    data = looking("PERSP", width, height, matrix)
+    data.lens = data.sensor_width * towards.dot(looks) / width
+    data.shift_x, data.shift_y = towards.dot(right) / width**2, towards.dot(up) / height / width
+
+
+def looking(kind, width, height, matrix):
     data = bpy.data.cameras.new("camera")
-    data.type = "ORTHO"
+    data.type = kind
     data.sensor_fit = "HORIZONTAL"
-    data.ortho_scale = UNIT * width
+    if kind == "ORTHO":
+        data.ortho_scale = UNIT * width
     data.clip_start, data.clip_end = 1e-3, 1e5
     made = add("camera", data)
-    made.location = (UNIT * (x0 + x1) / 2, UNIT * (y0 + y1) / 2, UNIT * z)
-    made.rotation_euler = (0, math.pi, 0)
+    made.matrix_world = matrix
     scene = bpy.context.scene
     scene.camera = made
     render = scene.render
@@ -89,9 +114,10 @@ def camera(x0, y0, x1, y1, z):
     render.resolution_percentage = 100
     aspect = (height / PIXELS[1]) / (width / PIXELS[0])
     render.pixel_aspect_x, render.pixel_aspect_y = (1, aspect) if aspect >= 1 else (1 / aspect, 1)
+    return data
 
 
-def render(name, samples, filter_width, seed):
+def render(name, samples, filter_width, seed, reflects=False):
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.view_settings.view_transform = "Raw"
@@ -109,7 +135,7 @@ def render(name, samples, filter_width, seed):
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
     cycles.blur_glossy = 0
     cycles.caustics_refractive = True
-    cycles.caustics_reflective = False
+    cycles.caustics_reflective = reflects
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = filter_width
     image = scene.render.image_settings

@@ -16,6 +16,8 @@ pub struct Landings {
     pub smooth: Vec<Option<DVec2>>,
     /// By the spline surface.
     pub spline: Vec<Option<DVec2>>,
+    /// Which rays meet the exit face. The others are not compared.
+    pub aimed: Vec<bool>,
 }
 
 impl Landings {
@@ -59,7 +61,9 @@ impl MapAgreement {
         let pairs = |ours: &[Option<DVec2>]| -> Vec<DVec2> {
             ours.iter().zip(theirs).filter_map(|(a, b)| Some((*b)? - (*a)?)).collect()
         };
-        let contested = ours.smooth.iter().zip(theirs).filter(|(a, b)| a.is_some() != b.is_some()).count();
+        let one_only =
+            |((a, b), aimed): &((&Option<DVec2>, &Option<DVec2>), &bool)| **aimed && a.is_some() != b.is_some();
+        let contested = ours.smooth.iter().zip(theirs).zip(&ours.aimed).filter(one_only).count();
         let smooth = pairs(&ours.smooth);
         Some(Self {
             rays: smooth.len(),
@@ -96,7 +100,7 @@ mod tests {
         // Off by 1, 2, ... thousandths along (0.6, 0.8), and one ray that does not arrive.
         let off = |k: usize| (k as f64 + 1.0) * 1e-3 * DVec2::new(0.6, 0.8);
         let theirs: Vec<_> = (0..1000).map(|k| (k != 9).then(|| DVec2::splat(k as f64) + off(k))).collect();
-        let landings = Landings { nx: 100, ny: 10, smooth: ours.clone(), spline: ours };
+        let landings = Landings { aimed: vec![true; 1000], nx: 100, ny: 10, smooth: ours.clone(), spline: ours };
         let agreement = MapAgreement::between(&landings, &theirs).unwrap();
         assert_eq!((agreement.rays, agreement.contested), (998, 2));
         let d = agreement.smooth;

@@ -18,11 +18,11 @@ def numbers(name, kind):
     return np.fromfile(os.path.join(FOLDER, name), kind).reshape(-1, 3)
 
 
-def block():
+def block(bsdf=None):
     """The block with its normals; corners of flat faces have vertices of their own."""
     positions, normals, triangles = numbers("positions.f32", "<f4"), numbers("normals.f32", "<f4"), numbers("triangles.u32", "<u4")
     glass = mi.Properties()
-    glass["bsdf"] = mi.load_dict({"type": "dielectric", "int_ior": INDEX, "ext_ior": 1.0})
+    glass["bsdf"] = mi.load_dict(bsdf or {"type": "dielectric", "int_ior": INDEX, "ext_ior": 1.0})
     mesh = mi.Mesh("block", len(positions), len(triangles), has_vertex_normals=True, props=glass)
     parameters = mi.traverse(mesh)
     parameters["vertex_positions"] = (UNIT * positions).ravel()

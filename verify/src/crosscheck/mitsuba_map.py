@@ -1,28 +1,38 @@
-# Mitsuba's own intersections, normals and dielectric, followed from the entry face to the receiver, one ray for every pixel;
-# red and green say where on it the ray lands, from LANDED_FROM to LANDED_TO, blue is 1 where it does.
-scene = mi.load_dict({"type": "scene", "block": block()})
+# Mitsuba's own intersections, normals and materials, followed from the light to the receiver, one ray for every pixel; red and
+# green say where on it the ray lands, in the receiver's own coordinates, from LANDED_FROM to LANDED_TO, blue is 1 where it does.
+scene = mi.load_dict({"type": "scene", "block": block({"type": "conductor"} if MIRROR else None)})
 columns, rows = PIXELS
-transmitted = mi.BSDFContext(mi.TransportMode.Importance, int(mi.BSDFFlags.DeltaTransmission))
+kind = mi.BSDFFlags.DeltaReflection if MIRROR else mi.BSDFFlags.DeltaTransmission
+passing = mi.BSDFContext(mi.TransportMode.Importance, int(kind))
+location, centre, looks = np.array(VIEW_LOCATION), np.array(VIEW_CENTRE), np.array(VIEW_LOOKS)
+right, up = np.array(VIEW_RIGHT), np.array(VIEW_UP)
+axes = np.array([RECEIVER_X, RECEIVER_Y, RECEIVER_Z])
 picture = np.zeros((rows, columns, 3), np.float32)
 landed_from, landed_to = np.array(LANDED_FROM), np.array(LANDED_TO)
 for row in range(rows):
     for column in range(columns):
-        x = BLOCK_TO[0] - (column + 0.5) / columns * (BLOCK_TO[0] - BLOCK_FROM[0])
-        y = BLOCK_TO[1] - (row + 0.5) / rows * (BLOCK_TO[1] - BLOCK_FROM[1])
-        ray = mi.Ray3f(mi.Point3f(UNIT * x, UNIT * y, UNIT * (ENTRY_Z - 10)), mi.Vector3f(0, 0, 1))
+        aside = ((column + 0.5) / columns - 0.5) * right + (0.5 - (row + 0.5) / rows) * up
+        if AT_SOURCE:
+            towards = centre + aside - location
+            begin, direction = location, towards / np.linalg.norm(towards)
+        else:
+            begin, direction = location + aside, looks
+        ray = mi.Ray3f(mi.Point3f(UNIT * begin), mi.Vector3f(direction))
         faces = 0
         while faces < 8:
             found = scene.ray_intersect(ray)
             if not found.is_valid():
                 break
-            sample, weight = found.bsdf(ray).sample(transmitted, found, 0.5, mi.Point2f(0.5, 0.5))
+            sample, weight = found.bsdf(ray).sample(passing, found, 0.5, mi.Point2f(0.5, 0.5))
             if max(weight) == 0:
                 break
             ray = found.spawn_ray(found.to_world(sample.wo))
             faces += 1
-        origin, direction = np.array(ray.o), np.array(ray.d)
-        if faces == 2 and direction[2] > 0:
-            place = (origin + (UNIT * DISTANCE - origin[2]) / direction[2] * direction)[:2] / UNIT
+        # In the receiver's own axes.
+        origin = axes @ (np.array(ray.o, float) / UNIT - np.array([0, 0, DISTANCE]))
+        direction = axes @ np.array(ray.d, float)
+        if faces == (1 if MIRROR else 2) and direction[2] > 0:
+            place = (origin - origin[2] / direction[2] * direction)[:2]
             share = (place - landed_from) / (landed_to - landed_from)
             if (share >= 0).all() and (share <= 1).all():
                 picture[row, column] = share[0], share[1], 1

@@ -3,11 +3,11 @@
 //! A [`Study`] of a block writes a complete scene for a renderer into a folder ([`Job`]), which can be run by hand, runs it,
 //! and reads the linear picture back. There are two comparisons:
 //!
-//! - **Map**: on a bench with light straight along `+z` camera rays *are* light rays. An orthographic camera behind the block
-//!   looks through it at a receiver whose colour encodes the position: every pixel is the landing point of one ray, without
-//!   noise. See [`Study::compare_map`].
-//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs. See
-//!   [`Study::compare_image`].
+//! - **Map**: camera rays *are* light rays. In parallel light an orthographic camera behind the block looks along it, at a point
+//!   source a perspective camera stands in its place, and a mirror is looked at from in front. They see a receiver whose
+//!   colour encodes the position: every pixel is the landing point of one ray, without noise. See [`Study::compare_map`].
+//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs, for straight light
+//!   through glass. See [`Study::compare_image`].
 //!
 //! Like is compared with like: renderers interpolate vertex normals over flat triangles, so the verifier does too
 //! ([`Surface::Smooth`]), with the same normals. The distance to the spline surface is stated besides.
@@ -18,6 +18,7 @@ mod map;
 mod povray;
 mod scripted;
 mod shaded;
+mod view;
 
 pub use image::{ImageAgreement, ImageLevel};
 pub use job::{CrosscheckError, Job};
@@ -36,6 +37,7 @@ use rayon::prelude::*;
 use scripted::Script;
 use shaded::ShadedMesh;
 use std::{ffi::OsString, path::Path};
+use view::View;
 
 /// An independent program that can follow light through glass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -91,7 +93,7 @@ impl Renderer {
 }
 
 /// A block on a bench, ready to be shown to renderers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Study<'a> {
     mesh: &'a Mesh,
     block: &'a Block,
@@ -106,40 +108,42 @@ impl<'a> Study<'a> {
     /// each comparison; image mode looks at the scene's window.
     ///
     /// # Errors
-    /// Light that is not straight along `+z`, or a bench that cannot be.
+    /// A turned block, or a bench that cannot be.
     pub fn new(mesh: &'a Mesh, block: &'a Block, scene: &Scene) -> Result<Self, SceneError> {
-        if scene.light.normalize_or_zero() != DVec3::Z {
-            return Err(SceneError::Needs("renderers are shown light straight along +z only"));
+        if scene.turned != DVec3::ZERO {
+            return Err(SceneError::Needs(
+                "renderers are shown blocks that are not turned: turn the light and the receiver",
+            ));
         }
-        scene.validate(block.height_range_mm().1)?;
-        Ok(Self { mesh, block, scene: Scene { geometry: Geometry::Displaced, ..*scene } })
+        let scene = Scene { geometry: Geometry::Displaced, ..scene.clone() };
+        Tracer::for_block(block, &scene)?;
+        Ok(Self { mesh, block, scene })
     }
 
     fn tracer(&self, surface: Surface, fresnel: Fresnel) -> Result<Tracer, SceneError> {
-        Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene })
+        Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene.clone() })
     }
 
-    /// The verifier's landing points of rays through the centres of `nx * ny` equal cells of the block's outline, in the
-    /// order of pictures: row 0 at the greatest y, column 0 at the greatest x.
+    /// The verifier's landing points of rays through the centres of `nx * ny` pixels that hold the block's plan, as a camera sees
+    /// it which looks along the light: row 0 at the greatest y; column 0 at the greatest x of glass, at the least x of a mirror.
     ///
     /// # Errors
     /// See [`Tracer::for_block`].
     pub fn landings(&self, nx: usize, ny: usize) -> Result<Landings, SceneError> {
+        let view = View::of(self.block, &self.scene);
         let trace = |surface| {
             let tracer = self.tracer(surface, Fresnel::Off)?;
-            let land = |k: usize| match tracer.path(self.start(k % nx, k / nx, nx, ny)).end {
-                End::Receiver(at) => Some(at),
-                _ => None,
-            };
-            Ok((0..nx * ny).into_par_iter().map(land).collect::<Vec<_>>())
+            let end = |k: usize| tracer.path(view.start(k % nx, k / nx, (nx, ny))).end;
+            Ok((0..nx * ny).into_par_iter().map(end).collect::<Vec<_>>())
         };
-        Ok(Landings { nx, ny, smooth: trace(Surface::Smooth)?, spline: trace(Surface::Spline)? })
-    }
-
-    /// Where the ray of a pixel of map mode starts, mm.
-    fn start(&self, column: usize, row: usize, nx: usize, ny: usize) -> DVec2 {
-        let part = DVec2::new((column as f64 + 0.5) / nx as f64, (row as f64 + 0.5) / ny as f64);
-        self.block.upper - part * self.block.size_mm()
+        let landed = |ends: &[End]| -> Vec<Option<DVec2>> {
+            let land = |end: &End| if let End::Receiver(at) = end { Some(*at) } else { None };
+            ends.iter().map(land).collect()
+        };
+        let (smooth, spline) = (trace(Surface::Smooth)?, trace(Surface::Spline)?);
+        // Past the exit face, in oblique or spreading light, renderers follow rays through walls and past the block.
+        let aimed = smooth.iter().map(|end| !matches!(end, End::Side | End::Beside)).collect();
+        Ok(Landings { nx, ny, smooth: landed(&smooth), spline: landed(&spline), aimed })
     }
 
     /// The verifier's own image for comparison with this renderer.
@@ -173,8 +177,14 @@ impl<'a> Study<'a> {
     /// Writes the scene of image mode into `folder`; `ours` is [`Study::image`].
     ///
     /// # Errors
-    /// Whatever the file system refuses.
+    /// Whatever the file system refuses, and light that is not straight: renderers' own light is set up for that only.
     pub fn write_image(&self, renderer: Renderer, folder: &Path, ours: &Image) -> Result<Job, CrosscheckError> {
+        if !self.scene.is_straight() {
+            return Err(SceneError::Needs(
+                "image mode is for light straight along +z through glass; look at the map (--mode map)",
+            )
+            .into());
+        }
         let shaded = ShadedMesh::new(self.mesh, self.block);
         let job = match Script::of(renderer) {
             None => {

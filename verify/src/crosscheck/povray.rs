@@ -4,8 +4,10 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
+    view::{View, receiver},
 };
-use glam::{DVec2, Vec3};
+use crate::scene::Optics;
+use glam::{DVec2, DVec3, Vec3};
 use std::{
     io::{self, Write},
     path::Path,
@@ -68,13 +70,13 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
         Code::Irradiance { .. } => ("image.pov", IMAGE),
     };
     job.write(name, |out| {
-        writeln!(out, "// Millimetres; light travels +z. To render it, in this folder:")?;
+        writeln!(out, "// Millimetres. To render it, in this folder:")?;
         for command in job.commands() {
             writeln!(out, "//   {command}")?;
         }
         let (block, scene) = (study.block, &study.scene);
         let mut declare = |name: &str, value: f64| writeln!(out, "#declare {name} = {value};");
-        declare("Index", scene.ior)?;
+        declare("Index", scene.ior())?;
         declare("Distance", scene.distance_mm)?;
         declare("Entry_Z", block.entry_z)?;
         declare("Top_Z", block.height_range_mm().1)?;
@@ -89,6 +91,18 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
             Code::Landings([from, to]) => {
                 pair("Landed_From", from)?;
                 pair("Landed_To", to)?;
+                let mut triple = |name: &str, v: DVec3| writeln!(out, "#declare {name} = <{}, {}, {}>;", v.x, v.y, v.z);
+                let view = View::of(block, scene);
+                triple("View_Location", view.location(block))?;
+                triple("View_Direction", view.source.map_or(view.looks, |source| view.centre - source))?;
+                triple("View_Right", view.right)?;
+                triple("View_Up", view.up)?;
+                let axes = receiver(scene);
+                triple("Receiver_X", axes.x_axis)?;
+                triple("Receiver_Y", axes.y_axis)?;
+                triple("Receiver_Z", axes.z_axis)?;
+                writeln!(out, "#declare At_Source = {};", i32::from(view.source.is_some()))?;
+                writeln!(out, "#declare Mirror = {};", i32::from(scene.optics == Optics::Reflects))?;
             }
             Code::Irradiance { exposure, .. } => {
                 pair("Window_From", corners[0])?;

@@ -4,8 +4,10 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
+    view::{View, receiver},
 };
-use glam::{DVec2, Vec3};
+use crate::scene::Optics;
+use glam::{DVec2, DVec3, Vec3};
 use std::path::Path;
 
 /// A renderer's script, in parts; the numbers of the bench are written before it.
@@ -102,7 +104,7 @@ impl Script {
             Code::Irradiance { .. } => ("image.py", self.image),
         };
         job.write(name, |out| {
-            writeln!(out, "# Millimetres; light travels +z. To render it, in this folder:")?;
+            writeln!(out, "# Millimetres. To render it, in this folder:")?;
             for command in job.commands() {
                 writeln!(out, "#   {command}")?;
             }
@@ -111,7 +113,7 @@ impl Script {
             let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
             let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
             writeln!(out, "PIXELS = ({}, {})", job.pixels.0, job.pixels.1)?;
-            writeln!(out, "INDEX = {}", scene.ior)?;
+            writeln!(out, "INDEX = {}", scene.ior())?;
             writeln!(out, "DISTANCE = {}", scene.distance_mm)?;
             writeln!(out, "ENTRY_Z = {}", block.entry_z)?;
             writeln!(out, "TOP_Z = {}", block.height_range_mm().1)?;
@@ -123,6 +125,20 @@ impl Script {
                 Code::Landings([from, to]) => {
                     pair("LANDED_FROM", from)?;
                     pair("LANDED_TO", to)?;
+                    let mut triple = |name: &str, v: DVec3| writeln!(out, "{name} = ({}, {}, {})", v.x, v.y, v.z);
+                    let view = View::of(block, scene);
+                    triple("VIEW_LOCATION", view.location(block))?;
+                    triple("VIEW_CENTRE", view.centre)?;
+                    triple("VIEW_LOOKS", view.looks)?;
+                    triple("VIEW_RIGHT", view.right)?;
+                    triple("VIEW_UP", view.up)?;
+                    let axes = receiver(scene);
+                    triple("RECEIVER_X", axes.x_axis)?;
+                    triple("RECEIVER_Y", axes.y_axis)?;
+                    triple("RECEIVER_Z", axes.z_axis)?;
+                    let truth = |yes: bool| if yes { "True" } else { "False" };
+                    writeln!(out, "AT_SOURCE = {}", truth(view.source.is_some()))?;
+                    writeln!(out, "MIRROR = {}", truth(scene.optics == Optics::Reflects))?;
                 }
                 Code::Irradiance { .. } => {
                     pair("WINDOW_FROM", corners[0])?;

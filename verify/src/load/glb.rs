@@ -1,11 +1,12 @@
 //! Binary glTF: metres and +Y up, turned into the frame of the block.
 
-use super::{Assembler, LoadError};
+use super::{Allowance, Assembler, LoadError};
 use crate::mesh::Mesh;
 use glam::{DMat3, DMat4, DVec3};
 use gltf::{
-    Accessor, Gltf, Node, Primitive,
+    Accessor, Document, Node, Primitive,
     accessor::{DataType, Dimensions},
+    binary::Glb,
     mesh::Mode,
 };
 
@@ -20,12 +21,13 @@ fn to_frame(v: DVec3) -> DVec3 {
 
 /// Parses all triangles of the default scene (the first one, if none is named) with the transformations of their nodes.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let Gltf { document, blob } = Gltf::from_slice(bytes).map_err(|error| malformed(error.to_string()))?;
-    let blob = blob.ok_or_else(|| malformed("it has no binary chunk"))?;
+    let Glb { json, bin, .. } = Glb::from_slice(bytes).map_err(|error| malformed(error.to_string()))?;
+    let document = document(&json)?;
+    let blob = bin.ok_or_else(|| malformed("it has no binary chunk"))?;
     let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
         return Err(malformed("it has no scene"));
     };
-    let mut assembler = Assembler::new(0);
+    let (mut assembler, mut allowance) = (Assembler::new(0), Allowance::of(bytes));
     let mut directions = Vec::new();
     let mut waiting: Vec<(Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     let mut visits = 0;
@@ -38,11 +40,30 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
         let placed = parent * local;
         for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>()) {
+            allowance.take(points(&primitive), "GLB")?;
             add(&primitive, &blob, placed, &mut assembler, &mut directions)?;
         }
         waiting.extend(node.children().map(|child| (child, placed)));
     }
     assembler.finish(directions)
+}
+
+/// The JSON of the file, validated.
+fn document(json: &[u8]) -> Result<Document, LoadError> {
+    let root = gltf::json::Root::from_slice(json).map_err(|error| malformed(error.to_string()))?;
+    // The validation below takes these for granted.
+    for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
+        if let Some(index) = primitive.attributes.values().find(|index| index.value() >= root.accessors.len()) {
+            return Err(malformed(format!("there is no accessor {}", index.value())));
+        }
+    }
+    Document::from_json(root).map_err(|error| malformed(error.to_string()))
+}
+
+/// Points that a primitive makes: its positions and its corners.
+fn points(primitive: &Primitive<'_>) -> usize {
+    let count = |accessor: Option<Accessor<'_>>| accessor.map_or(0, |accessor| accessor.count());
+    count(primitive.get(&gltf::Semantic::Positions)).saturating_add(count(primitive.indices()))
 }
 
 fn add(

@@ -25,6 +25,10 @@ pub(super) fn parse_png(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let notes: HashMap<String, String> =
         info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect();
     let notes = Notes::read(&notes, nx, ny)?;
+    // No packing of PNG makes more of a byte than this, and the header is believed before the rest is seen.
+    if 2 * nx * ny > 1032 * bytes.len() {
+        return Err(malformed(format!("{} bytes are too few for {nx} x {ny} pixels", bytes.len())));
+    }
     let [black, white] = [notes.number("BlackZMm")?, notes.number("WhiteZMm")?];
     let mut levels = vec![0; 2 * nx * ny];
     reader.next_frame(&mut levels).map_err(failed)?;

@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum LoadError {
     /// The file system refused.
     #[error("cannot read {}: {source}", path.display())]
@@ -63,31 +64,102 @@ pub enum LoadError {
     TooLarge,
 }
 
-/// Reads a solid; the format is told by the extension: `.stl` (binary or text; taken as millimetres), `.obj` (millimetres, z
-/// up, read in single precision), `.glb` (metres, +Y up, as glTF has it), `.ply` (text or binary; taken as millimetres, z
-/// up), `.step` or `.stp` (one solid of planes and B-spline faces, sampled so that the spline through the samples is the
-/// face; its own unit), `.3mf` (one object, its own unit), and height maps in `.png` and `.exr` with their numbers in their
-/// metadata (a block is put under them).
-///
-/// Memory is bounded by a small multiple of the size of the file, whatever it claims.
+/// The formats that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Format {
+    /// Binary or text; taken as millimetres.
+    Stl,
+    /// Millimetres, z up, read in single precision.
+    Obj,
+    /// Binary glTF: metres, +Y up.
+    Glb,
+    /// Text or binary; taken as millimetres, z up.
+    Ply,
+    /// One solid of planes and B-spline faces, sampled so that the spline through the samples is the face; its own unit.
+    Step,
+    /// One object, its own unit.
+    ThreeMf,
+    /// A height map with its numbers in its text; a block is put under it.
+    HeightMapPng,
+    /// The same as OpenEXR, with its numbers in its attributes.
+    HeightMapExr,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 8] =
+        [Self::Stl, Self::Obj, Self::Glb, Self::Ply, Self::Step, Self::ThreeMf, Self::HeightMapPng, Self::HeightMapExr];
+
+    /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb`, `.ply`, `.step` or `.stp`, `.3mf`, `.png`, `.exr`.
+    ///
+    /// # Errors
+    /// [`LoadError::UnknownExtension`].
+    pub fn from_path(path: &Path) -> Result<Self, LoadError> {
+        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
+        Ok(match extension.as_str() {
+            "stl" => Self::Stl,
+            "obj" => Self::Obj,
+            "glb" => Self::Glb,
+            "ply" => Self::Ply,
+            "step" | "stp" => Self::Step,
+            "3mf" => Self::ThreeMf,
+            "png" => Self::HeightMapPng,
+            "exr" => Self::HeightMapExr,
+            _ => return Err(LoadError::UnknownExtension { path: path.into() }),
+        })
+    }
+}
+
+/// Reads a solid; the [`Format`] is told by the extension.
 ///
 /// # Errors
 /// See [`LoadError`].
 pub fn read(path: &Path) -> Result<Mesh, LoadError> {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
-    let parse: fn(&[u8]) -> Result<Mesh, LoadError> = match extension.as_str() {
-        "stl" => stl::parse,
-        "obj" => obj::parse,
-        "glb" => glb::parse,
-        "ply" => ply::parse,
-        "step" | "stp" => step::parse,
-        "3mf" => three_mf::parse,
-        "png" => height_map::parse_png,
-        "exr" => height_map::parse_exr,
-        _ => return Err(LoadError::UnknownExtension { path: path.into() }),
-    };
+    let format = Format::from_path(path)?;
     let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;
-    parse(&bytes)
+    parse(format, &bytes)
+}
+
+/// Reads a solid from memory.
+///
+/// Memory is bounded by a multiple of the size of the file, whatever it claims; packed formats have the ratio of their packing
+/// besides.
+///
+/// # Errors
+/// See [`LoadError`].
+pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, LoadError> {
+    match format {
+        Format::Stl => stl::parse(bytes),
+        Format::Obj => obj::parse(bytes),
+        Format::Glb => glb::parse(bytes),
+        Format::Ply => ply::parse(bytes),
+        Format::Step => step::parse(bytes),
+        Format::ThreeMf => three_mf::parse(bytes),
+        Format::HeightMapPng => height_map::parse_png(bytes),
+        Format::HeightMapExr => height_map::parse_exr(bytes),
+    }
+}
+
+/// How many points a file may make. Some formats let a few bytes stand for any number of them: one mesh in many places, a spline
+/// with one short span.
+struct Allowance {
+    left: usize,
+}
+
+impl Allowance {
+    /// A point for every byte: files that mean what they say need ten bytes and more for one.
+    fn of(bytes: &[u8]) -> Self {
+        Self { left: bytes.len() + (1 << 16) }
+    }
+
+    fn take(&mut self, points: usize, format: &'static str) -> Result<(), LoadError> {
+        self.left = self.left.checked_sub(points).ok_or_else(|| LoadError::Malformed {
+            format,
+            reason: "it asks for more points than it has bytes".into(),
+        })?;
+        Ok(())
+    }
 }
 
 /// Puts a mesh together from triangles, checking every coordinate.

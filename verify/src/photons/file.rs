@@ -7,7 +7,7 @@
 
 use super::PhotonTally;
 use crate::{
-    film::{Tally, UNIT},
+    film::Tally,
     picture::{PictureError, read_exr_layer, write_whole},
 };
 use exr::prelude::{
@@ -88,7 +88,15 @@ impl PhotonTally {
     /// See [`TallyError`].
     pub fn read(path: &Path) -> Result<(Self, String), TallyError> {
         let bytes = fs::read(path).map_err(|source| TallyError::Read { path: path.into(), source })?;
-        parse(bytes).map_err(|reason| TallyError::Malformed { path: path.into(), reason })
+        Self::parse(&bytes).map_err(|reason| TallyError::Malformed { path: path.into(), reason })
+    }
+
+    /// The same from memory.
+    ///
+    /// # Errors
+    /// What is wrong with the file.
+    pub fn parse(bytes: &[u8]) -> Result<(Self, String), String> {
+        parse(bytes)
     }
 
     fn describe(&self, bench: &str) -> String {
@@ -99,6 +107,7 @@ impl PhotonTally {
             ("strata", format!("{} {}", self.strata.0, self.strata.1)),
             ("replicates", self.replicates.to_string()),
             ("done", done.join(" ")),
+            ("light", if self.is_even() { "even" } else { "uneven" }.to_owned()),
             ("fates", self.fates.words().map(|units| units.to_string()).join(" ")),
         ];
         lines.iter().fold(KIND.to_owned(), |text, (key, value)| format!("{text}\n{key} = {value}"))
@@ -110,7 +119,7 @@ const SUM_WORDS: usize = 2;
 /// 32-bit words of a square.
 const SQUARE_WORDS: usize = 4;
 
-fn parse(bytes: Vec<u8>) -> Result<(PhotonTally, String), String> {
+fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
     let layer = read_exr_layer(bytes).map_err(|error| error.to_string())?;
     let comment = layer.attributes.comments.as_ref().map(ToString::to_string).unwrap_or_default();
     let mut lines = comment.lines();
@@ -154,12 +163,17 @@ fn parse(bytes: Vec<u8>) -> Result<(PhotonTally, String), String> {
         sums: words("sum", SUM_WORDS)?,
         squares: words("square", SQUARE_WORDS)?,
     };
-    check(&tally)?;
+    let even = match values.get("light") {
+        None | Some(&"even") => true,
+        Some(&"uneven") => false,
+        Some(other) => return Err(format!("its 'light' is '{other}'")),
+    };
+    check(&tally, even)?;
     Ok((tally, text("bench")?.to_owned()))
 }
 
-/// Every photon's power is somewhere, and the pixels hold what is said to have met the window.
-fn check(tally: &PhotonTally) -> Result<(), String> {
+/// Every photon's power is somewhere, if all have the same, and the pixels hold what is said to have met the window.
+fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     let ascending = tally.done.windows(2).all(|pair| pair[0] < pair[1]);
     let last = tally.done.last().copied().unwrap_or(u32::MAX);
     if !ascending || last >= tally.replicates || tally.replicates > super::MOST_REPLICATES {
@@ -169,9 +183,8 @@ fn check(tally: &PhotonTally) -> Result<(), String> {
     if columns.max(rows) > super::MOST_STRATA {
         return Err(format!("{columns} x {rows} strata are more than there can be"));
     }
-    let power = u128::from(tally.photons()) * u128::from(UNIT);
     let booked = tally.fates.words().iter().try_fold(0u128, |sum, &units| sum.checked_add(units));
-    if booked != Some(power) {
+    if booked.is_none() || tally.is_even() != even {
         return Err(format!("{} photons do not account for its fates", tally.photons()));
     }
     if tally.sums.iter().sum::<u128>() != tally.fates.window {

@@ -1,15 +1,22 @@
 //! Tracing a block: entry plane, exit face over a regular grid, receiver.
 
-use super::{End, Path};
+mod lit;
+
+use super::{
+    End, Path,
+    illumination::{Illumination, Rays},
+    receiver::Receiver,
+};
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
     block::{Block, Diagonal},
-    optics::{Interface, Refraction, refract},
-    scene::{Fresnel, Geometry, Scene, SceneError, Surface, Traversal},
+    optics::{Interface, Refraction, reflect, refract},
+    scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal},
     shading::node_normals,
     spline::Bicubic,
 };
-use glam::{DMat3, DQuat, DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
+use lit::Supply;
 use rayon::prelude::*;
 use std::sync::OnceLock;
 
@@ -21,20 +28,24 @@ const GRAZE_MM: f64 = 1e-3;
 #[derive(Debug)]
 pub(super) struct BlockTracer {
     block: Block,
-    ior: f64,
-    distance_mm: f64,
+    optics: Optics,
+    receiver: Receiver,
     fresnel: Fresnel,
     geometry: Geometry,
     traversal: Traversal,
     face: Face,
     /// From the frame of the block to that of the bench, where they differ.
     turned: Option<DMat3>,
-    /// Direction inside the glass, and what the entry face lets through.
-    inside: DVec3,
-    entry_transmittance: f64,
+    /// Ideal light, in the frame of the block, and how much of it there is.
+    rays: Rays,
+    illumination: Illumination,
+    /// Whether every part of the exit face's plan gets the same light, which has come straight up to it.
+    even: bool,
+    supply: Supply,
     cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
+    highest_mm: f64,
     /// Built when first needed.
     hierarchy: OnceLock<Hierarchy>,
 }
@@ -93,14 +104,19 @@ fn halves(diagonal: Diagonal) -> [Half; 2] {
 
 impl BlockTracer {
     pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        let turned = (scene.turned != DVec3::ZERO).then(|| DMat3::from_quat(DQuat::from_scaled_axis(scene.turned)));
-        let light = turned.map_or(scene.light, |turned| turned.transpose() * scene.light).normalize();
-        if light.z <= 1e-3 {
-            return Err(SceneError::Light(scene.light));
-        }
-        let Interface::Refracted(entered) = refract(light, DVec3::Z, 1.0 / scene.ior) else {
-            return Err(SceneError::Light(scene.light));
+        let illumination = Illumination::of(scene, block.entry_z);
+        let rays = illumination.in_block(Rays::of(&scene.light));
+        let up = match rays {
+            Rays::Parallel(direction) => {
+                if scene.sense() * direction.z <= 1e-3 {
+                    let towards = if scene.sense() > 0.0 { "+z of the block" } else { "-z of the block" };
+                    return Err(SceneError::Light { direction, towards });
+                }
+                direction.truncate() == DVec2::ZERO
+            }
+            Rays::From(_) => false,
         };
+        let even = up && matches!(scene.optics, Optics::Refracts { .. }) && scene.profile.is_none();
         let face = match scene.surface {
             Surface::Spline => {
                 let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
@@ -109,21 +125,36 @@ impl BlockTracer {
             Surface::Facets => Face::Facets,
             Surface::Smooth => Face::Smooth(node_normals(block)),
         };
-        Ok(Self {
-            ior: scene.ior,
-            distance_mm: scene.distance_mm,
+        let mut tracer = Self {
+            optics: scene.optics,
+            receiver: Receiver::of(scene),
             fresnel: scene.fresnel,
             geometry: scene.geometry,
             traversal: scene.traversal,
             face,
-            turned,
-            inside: entered.direction,
-            entry_transmittance: transmitted(scene.fresnel, &entered),
+            turned: Scene::rotation(scene.turned),
+            rays,
+            illumination,
+            even,
+            supply: Supply { mean: 1.0, vignetted: 0.0 },
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
+            highest_mm: block.height_range_mm().1,
             hierarchy: OnceLock::new(),
             block: block.clone(),
-        })
+        };
+        if !even {
+            tracer.supply = tracer.supply();
+            if tracer.supply.mean.is_nan() || tracer.supply.mean <= 0.0 {
+                return Err(SceneError::Dark);
+            }
+        }
+        Ok(tracer)
+    }
+
+    /// The part of the light for the exit face that meets a side wall, or a rim, before it.
+    pub(super) fn vignetting(&self) -> f64 {
+        self.supply.vignetted
     }
 
     /// The search structure over the cells of the exit face.
@@ -163,16 +194,37 @@ impl BlockTracer {
 
     #[inline]
     pub(super) fn path(&self, start: DVec2) -> Path {
-        let ended = |end| Path { end, transmittance: self.entry_transmittance, signature: 0 };
-        let ray = SearchRay::new(start.extend(self.block.entry_z), self.inside);
-        let (point, normal) = match self.exit(&ray) {
-            Ok(exit) => exit,
-            Err(end) => return ended(end),
+        let (origin, direction, transmittance) = match self.optics {
+            Optics::Refracts { .. } => {
+                let entered = start.extend(self.block.entry_z);
+                let Some((inside, transmittance)) = self.illumination.enter(self.rays, entered) else {
+                    return Path::ended(End::Beside, 1.0);
+                };
+                (entered, inside, transmittance)
+            }
+            Optics::Reflects => {
+                let direction = self.rays.direction_at(start.extend(0.0));
+                (self.before(start.extend(0.0), direction), direction, 1.0)
+            }
         };
-        let Interface::Refracted(left) = refract(self.inside, normal, self.ior) else {
-            return ended(End::TotallyReflected);
+        match self.exit(&SearchRay::new(origin, direction)) {
+            Ok((point, normal)) => self.leave(point, normal, direction, transmittance),
+            Err(end) => Path::ended(end, transmittance),
+        }
+    }
+
+    /// From the exit face, where light arrives along `direction`, to the receiver.
+    #[inline]
+    fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3, transmittance: f64) -> Path {
+        let ended = |end| Path::ended(end, transmittance);
+        let (direction, passed) = match self.optics {
+            Optics::Refracts { ior } => match refract(direction, normal, ior) {
+                Interface::Refracted(left) => (left.direction, transmitted(self.fresnel, &left)),
+                Interface::TotallyReflected => return ended(End::TotallyReflected),
+            },
+            Optics::Reflects if direction.dot(normal) < 0.0 => (reflect(direction, normal), 1.0),
+            Optics::Reflects => return ended(End::Side),
         };
-        let direction = left.direction;
         if direction.z <= 0.0 || self.meets_the_face_again(point, direction) {
             return ended(End::Side);
         }
@@ -180,14 +232,9 @@ impl BlockTracer {
             return ended(End::Side);
         }
         let (point, direction) = self.turned.map_or((point, direction), |turned| (turned * point, turned * direction));
-        if direction.z <= 0.0 {
-            return ended(End::Side);
-        }
-        let landing = point + direction * ((self.distance_mm - point.z) / direction.z);
-        Path {
-            end: End::Receiver(landing.truncate()),
-            transmittance: self.entry_transmittance * transmitted(self.fresnel, &left),
-            signature: 0,
+        match self.receiver.landing(point, direction) {
+            Some(landing) => Path::ended(End::Receiver(landing), transmittance * passed),
+            None => ended(End::Side),
         }
     }
 
@@ -309,11 +356,17 @@ impl BlockTracer {
 
     #[inline]
     fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
-        if self.geometry == Geometry::NormalMappedPlane || direction.z > self.steepest * direction.truncate().length() {
+        if self.geometry == Geometry::NormalMappedPlane || self.is_steep(direction) {
             return false;
         }
         let ray = SearchRay::new(point, direction);
         self.search(&ray, |crossing| !crossing.outwards && crossing.t > 1e-6).is_some()
+    }
+
+    /// Whether a ray runs so much along the axis that it crosses the face once at most.
+    #[inline]
+    fn is_steep(&self, direction: DVec3) -> bool {
+        direction.z.abs() > self.steepest * direction.truncate().length()
     }
 
     /// The triangle above or below a point, whatever its height.

@@ -3,12 +3,14 @@
 mod block;
 mod facets;
 mod gate;
+mod illumination;
+mod receiver;
 mod solid;
 
 use crate::{
     block::Block,
     mesh::Mesh,
-    scene::{Scene, SceneError},
+    scene::{Optics, Scene, SceneError},
 };
 use glam::DVec2;
 
@@ -34,8 +36,20 @@ pub struct Path {
     pub end: End,
     /// The part of its power that arrives there; the rest is reflected on the way.
     pub transmittance: f64,
+    /// Its power for the rectangle of plan that it stands for, in units of the mean over the aperture: how bright the light is
+    /// there. 0 where the face lies in its own shadow.
+    pub power: f64,
     /// Rays of different signature took different kinds of ways: the map from aperture to receiver tears between them.
     pub(crate) signature: u32,
+}
+
+impl Path {
+    /// No light.
+    pub(crate) const DARK: Self = Self { power: 0.0, ..Self::ended(End::Side, 1.0) };
+
+    pub(crate) const fn ended(end: End, transmittance: f64) -> Self {
+        Self { end, transmittance, power: 1.0, signature: 0 }
+    }
 }
 
 /// A solid on a bench, ready to be traced.
@@ -52,25 +66,34 @@ enum Kind {
 }
 
 impl Tracer {
-    /// Prepares a block: straight through the entry face, the exit face and the gap to the receiver.
+    /// Prepares a block: through the entry face, the exit face and the gap to the receiver, or from the light to the mirror and
+    /// the receiver.
     ///
     /// # Errors
-    /// A bench that cannot be, or [`Surface::Smooth`](crate::Surface::Smooth) without enough nodes.
+    /// A bench that cannot be, or no light on the exit face.
     pub fn for_block(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        scene.validate(block.height_range_mm().1)?;
-        Ok(Self { scene: *scene, kind: Kind::Block(Box::new(block::BlockTracer::new(block, scene)?)) })
+        let (lower, upper) = block.entry_face_mm();
+        scene.validate(lower.extend(block.entry_z_mm()), upper.extend(block.height_range_mm().1))?;
+        Ok(Self { scene: scene.clone(), kind: Kind::Block(Box::new(block::BlockTracer::new(block, scene)?)) })
     }
 
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
     ///
     /// # Errors
-    /// A bench that cannot be, a choice that only a block allows (spline, plane), or normals that the file has not.
+    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning), normals that the file has not, or
+    /// no light.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
-        scene.validate(mesh.bounds().1.z)?;
+        let (lower, upper) = mesh.bounds();
+        scene.validate(lower, upper)?;
         if scene.turned != glam::DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
         }
-        Ok(Self { scene: *scene, kind: Kind::Solid(Box::new(solid::SolidTracer::new(mesh, scene)?)) })
+        if scene.optics == Optics::Reflects {
+            return Err(SceneError::Needs(
+                "only a block can be a mirror: this solid has no exit face on a regular grid",
+            ));
+        }
+        Ok(Self { scene: scene.clone(), kind: Kind::Solid(Box::new(solid::SolidTracer::new(mesh, scene)?)) })
     }
 
     /// The bench.
@@ -78,8 +101,8 @@ impl Tracer {
         &self.scene
     }
 
-    /// The rectangle (least and greatest corner, mm) which the light fills evenly, in the plane of the lowest point of
-    /// the solid.
+    /// The rectangle (least and greatest corner, mm) over which light is counted: the plan of a block's exit face, all of which
+    /// is lit however oblique the light; of another solid, whatever of its lowest plane the light for any part of it passes.
     pub fn aperture_mm(&self) -> (DVec2, DVec2) {
         match &self.kind {
             Kind::Block(block) => block.aperture(),
@@ -87,7 +110,17 @@ impl Tracer {
         }
     }
 
-    /// Follows the ray that passes `(x, y)` = `start_mm` in the plane of the aperture.
+    /// The part of the light for a block's exit face which comes to it by a side wall of the file's solid, or past a rim that
+    /// shades it, and so is missing in the picture. Among what [`Flux::side`](crate::Flux::side) counts. 0 for other solids.
+    pub fn vignetting(&self) -> f64 {
+        match &self.kind {
+            Kind::Block(block) => block.vignetting(),
+            Kind::Solid(_) => 0.0,
+        }
+    }
+
+    /// Follows the ray that passes `(x, y)` = `start_mm` in the plane of the lowest point of the solid (of a mirror, in the plane
+    /// z = 0). Its power is not told: [`path_at`](Self::path_at) does.
     #[inline]
     pub fn path(&self, start_mm: DVec2) -> Path {
         match &self.kind {
@@ -96,16 +129,31 @@ impl Tracer {
         }
     }
 
-    /// Follows everything that a ray splits into. `sink` is told ends and powers, which sum to at most 1; the rest is
-    /// light reflected out of the way.
+    /// Follows the ray that stands for the light at a point of the [aperture](Self::aperture_mm): in a block, the one that lights
+    /// the exit face above `(x, y)` = `at_mm`.
     #[inline]
-    pub(crate) fn all_paths(&self, start_mm: DVec2, mut sink: impl FnMut(End, f64)) {
+    pub fn path_at(&self, at_mm: DVec2) -> Path {
+        match &self.kind {
+            Kind::Block(block) => block.path_at(at_mm),
+            Kind::Solid(solid) => solid.path_at(at_mm),
+        }
+    }
+
+    /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends, the parts of the ray's power that
+    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power.
+    #[inline]
+    pub(crate) fn all_paths(&self, at_mm: DVec2, mut sink: impl FnMut(End, f64, f64)) -> f64 {
         match &self.kind {
             Kind::Block(block) => {
-                let path = block.path(start_mm);
-                sink(path.end, path.transmittance);
+                let path = block.followed_at(at_mm);
+                sink(path.end, path.transmittance, path.power);
+                path.power
             }
-            Kind::Solid(solid) => solid.all_paths(start_mm, sink),
+            Kind::Solid(solid) => {
+                let power = solid.power_at(at_mm);
+                solid.all_paths(at_mm, |end, part| sink(end, part, power));
+                power
+            }
         }
     }
 }

@@ -4,6 +4,8 @@ use super::{
     End, Path,
     facets::{Facets, Found, Place, Turns, rectangle},
     gate::Gate,
+    illumination::{Rays, Strength},
+    receiver::Receiver,
 };
 use crate::{
     accel::{Crossing, SearchRay},
@@ -22,10 +24,14 @@ const NUDGE_MM: f64 = 1e-7;
 
 #[derive(Debug)]
 pub(super) struct SolidTracer {
-    scene: Scene,
-    light: DVec3,
+    ior: f64,
+    fresnel: Fresnel,
+    receiver: Receiver,
+    rays: Rays,
     lower: DVec3,
     aperture: (DVec2, DVec2),
+    /// How bright the light is, where that is not the same everywhere, and its mean over the aperture.
+    strength: Option<(Strength, f64)>,
     /// Triangles in the lowest plane, which no light that travels up can meet from above it.
     floor: Facets,
     /// The floor, where it fills a rectangle: its corners, two opposite ones outermost, as a triangle that faces down.
@@ -79,21 +85,30 @@ impl SolidTracer {
             _ => {}
         }
         let (lower, upper) = mesh.bounds();
-        let light = scene.light.normalize();
-        // Everything that light in this direction can meet, projected along it to the lowest plane.
-        let shift = -(upper.z - lower.z) / light.z * light.truncate();
-        let aperture = (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift));
+        let rays = Rays::of(&scene.light);
+        let aperture = aperture(rays, lower, upper);
         let reach =
             2.0 * lower.abs().max(upper.abs()).max_element() + aperture.0.abs().max(aperture.1.abs()).max_element();
         let in_floor = |k: &u32| mesh.corners(*k as usize).iter().all(|v| v.z == lower.z);
         let (floor, rest): (Vec<u32>, Vec<u32>) = (0..mesh.triangles.len() as u32).partition(in_floor);
         // Normals are told by corner.
         let turns = if scene.surface == Surface::Smooth { Turns::Fixed } else { Turns::Free };
+        let uneven = scene.profile.is_some() || matches!(rays, Rays::From(_));
+        let mut strength = uneven.then(|| (Strength::of(scene, lower.z), 1.0));
+        if let Some((strength, mean)) = &mut strength {
+            *mean = mean_flux(strength, rays, aperture, lower.z);
+            if mean.is_nan() || *mean <= 0.0 {
+                return Err(SceneError::Dark);
+            }
+        }
         Ok(Self {
-            scene: *scene,
-            light,
+            ior: scene.ior(),
+            fresnel: scene.fresnel,
+            receiver: Receiver::of(scene),
+            rays,
             lower,
             aperture,
+            strength,
             rectangle: rectangle(mesh, &floor),
             floor: Facets::new(mesh, &floor, turns, reach),
             rest: Facets::new(mesh, &rest, turns, reach),
@@ -107,11 +122,16 @@ impl SolidTracer {
     }
 
     fn first_leg(&self, start: DVec2) -> Leg {
+        let (start, before) = match self.rays {
+            Rays::Parallel(_) => (start.extend(self.lower.z), 1.0),
+            Rays::From(source) => (start.extend(self.lower.z), (0.5 * (self.lower.z - source.z)).min(1.0)),
+        };
+        let direction = self.rays.direction_at(start);
         // A little before the aperture, so that a face in its plane is met.
-        let origin = start.extend(self.lower.z) - self.light;
+        let origin = start - before * direction;
         Leg {
             origin,
-            direction: self.light,
+            direction,
             medium: Medium::Outside,
             power: 1.0,
             interfaces: 0,
@@ -126,17 +146,30 @@ impl SolidTracer {
         loop {
             let signature = leg.interfaces << 8 | leg.reflections;
             match self.follow(&leg) {
-                Next::Ended(end) => return Path { end, transmittance: leg.power, signature },
+                Next::Ended(end) => return Path { signature, ..Path::ended(end, leg.power) },
                 Next::Split { refracted, reflected } => match refracted.or(reflected) {
                     Some(next) => leg = next,
-                    None => return Path { end: End::Lost, transmittance: leg.power, signature },
+                    None => return Path { signature, ..Path::ended(End::Lost, leg.power) },
                 },
             }
         }
     }
 
+    /// How bright the light is at a point of the aperture; 1 on average.
+    #[inline]
+    pub(super) fn power_at(&self, at: DVec2) -> f64 {
+        let Some((strength, mean)) = &self.strength else { return 1.0 };
+        flux_through(strength, self.rays, at.extend(self.lower.z)) / mean
+    }
+
+    /// [`path`](Self::path) with its power.
+    #[inline]
+    pub(super) fn path_at(&self, at: DVec2) -> Path {
+        Path { power: self.power_at(at), ..self.path(at) }
+    }
+
     pub(super) fn all_paths(&self, start: DVec2, mut sink: impl FnMut(End, f64)) {
-        if self.scene.fresnel == Fresnel::Off {
+        if self.fresnel == Fresnel::Off {
             let path = self.path(start);
             return sink(path.end, path.transmittance);
         }
@@ -198,8 +231,8 @@ impl SolidTracer {
             normal = onwards * facet;
         }
         let (eta, beyond) = match leg.medium {
-            Medium::Outside => (1.0 / self.scene.ior, Medium::Glass),
-            Medium::Glass => (self.scene.ior, Medium::Outside),
+            Medium::Outside => (1.0 / self.ior, Medium::Glass),
+            Medium::Glass => (self.ior, Medium::Outside),
         };
         let point = leg.origin + crossing.t * direction;
         let on = |direction: DVec3, medium, power, reflections| Leg {
@@ -219,7 +252,7 @@ impl SolidTracer {
         };
         match refract(direction, normal, eta) {
             Interface::Refracted(refraction) if onwards * refraction.direction.dot(facet) > 0.0 => {
-                let t = match self.scene.fresnel {
+                let t = match self.fresnel {
                     Fresnel::Off => 1.0,
                     Fresnel::On => refraction.transmittance(),
                 };
@@ -306,8 +339,39 @@ impl SolidTracer {
     }
 
     fn land(&self, leg: &Leg) -> End {
-        let (origin, d) = (leg.origin, leg.direction);
-        let t = (self.scene.distance_mm - origin.z) / d.z;
-        if d.z > 0.0 && t.is_finite() { End::Receiver((origin + t * d).truncate()) } else { End::Side }
+        self.receiver.landing(leg.origin, leg.direction).map_or(End::Side, End::Receiver)
     }
+}
+
+/// The rectangle of the lowest plane that holds everything which light can meet, projected along its rays.
+fn aperture(rays: Rays, lower: DVec3, upper: DVec3) -> (DVec2, DVec2) {
+    match rays {
+        Rays::Parallel(light) => {
+            let shift = -(upper.z - lower.z) / light.z * light.truncate();
+            (lower.truncate().min(lower.truncate() + shift), upper.truncate().max(upper.truncate() + shift))
+        }
+        Rays::From(source) => {
+            let shrunk = (lower.z - source.z) / (upper.z - source.z);
+            let top = |corner: DVec3| source.truncate() + (corner - source).truncate() * shrunk;
+            (lower.truncate().min(top(lower)), upper.truncate().max(top(upper)))
+        }
+    }
+}
+
+/// Flux per unit of area of the plane z = const through a point.
+#[inline]
+fn flux_through(strength: &Strength, rays: Rays, at: DVec3) -> f64 {
+    strength.across(rays, at) * rays.direction_at(at).z
+}
+
+/// Points along each side of the aperture from which its mean is taken.
+const POINTS: usize = 128;
+
+fn mean_flux(strength: &Strength, rays: Rays, (lower, upper): (DVec2, DVec2), z: f64) -> f64 {
+    let place = |i: usize, j: usize| (DVec2::new(i as f64, j as f64) + 0.5) / POINTS as f64;
+    let row = |j: usize| -> f64 {
+        let at = |i: usize| (lower + place(i, j) * (upper - lower)).extend(z);
+        (0..POINTS).map(|i| flux_through(strength, rays, at(i))).sum()
+    };
+    (0..POINTS).map(row).sum::<f64>() / (POINTS * POINTS) as f64
 }

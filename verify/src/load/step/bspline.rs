@@ -13,7 +13,7 @@ pub(super) struct Knots {
 impl Knots {
     /// From distinct knots and their multiplicities, for `points` control points; `None` if they do not fit together.
     pub(super) fn new(degree: usize, multiplicities: &[f64], distinct: &[f64], points: usize) -> Option<Self> {
-        let rising = distinct.windows(2).all(|pair| pair[0] < pair[1]);
+        let rising = distinct.windows(2).all(|pair| pair[0] < pair[1]) && distinct.iter().all(|knot| knot.is_finite());
         let whole = |m: &f64| (1.0..=(degree + 1) as f64).contains(m) && m.fract() == 0.0;
         if multiplicities.len() != distinct.len() || !rising || !multiplicities.iter().all(whole) {
             return None;

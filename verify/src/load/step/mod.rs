@@ -7,7 +7,7 @@ mod bspline;
 mod part21;
 mod plane;
 
-use super::LoadError;
+use super::{Allowance, LoadError};
 use crate::mesh::Mesh;
 use bspline::{GREATEST_DEGREE, Knots};
 use glam::DVec3;
@@ -28,7 +28,15 @@ const MOST_SAMPLES: usize = 1 << 26;
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let text = std::str::from_utf8(bytes).map_err(|error| malformed(format!("it is no text: {error}")))?;
     let entities = Entities::parse(text)?;
-    let mut part = Part { scale: scale(&entities)?, entities, vertices: Vec::new(), ..Part::default() };
+    let mut part = Part {
+        scale: scale(&entities)?,
+        entities,
+        allowance: Allowance::of(bytes),
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+        corners: HashMap::new(),
+        edges: HashMap::new(),
+    };
     let [brep] = part.entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
         return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
     };
@@ -79,10 +87,10 @@ fn odd(number: u64) -> LoadError {
     malformed(format!("#{number} has not the parameters of its kind"))
 }
 
-#[derive(Default)]
 struct Part<'a> {
     entities: Entities<'a>,
     scale: f64,
+    allowance: Allowance,
     vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     /// Vertex of every VERTEX_POINT, vertices along every EDGE_CURVE.
@@ -146,7 +154,7 @@ impl Part<'_> {
     }
 
     /// Samples of a curve from end to end; none of a line.
-    fn curve(&self, number: u64) -> Result<Vec<DVec3>, LoadError> {
+    fn curve(&mut self, number: u64) -> Result<Vec<DVec3>, LoadError> {
         let (kind, values) = self.entities.get(number)?;
         match kind {
             "LINE" => Ok(Vec::new()),
@@ -164,6 +172,7 @@ impl Part<'_> {
                 let knots = knots(degree, &values, (6, 7), points.len(), number)?;
                 let points: Vec<DVec3> = points.into_iter().map(|p| self.point(p)).collect::<Result<_, _>>()?;
                 let n = knots.samples();
+                self.allowance.take(n, "STEP")?;
                 Ok((0..n)
                     .map(|k| {
                         let (first, weights) = knots.weights(knots.parameter(k, n));
@@ -206,6 +215,8 @@ impl Part<'_> {
         for edge in oriented {
             let values = self.entities.expect(edge, "ORIENTED_EDGE")?;
             let mut along = self.edge(reference(&values, 3, edge)?)?;
+            // An edge may be named any number of times.
+            self.allowance.take(along.len(), "STEP")?;
             if !truth(&values, 4, edge)? {
                 along.reverse();
             }
@@ -250,6 +261,7 @@ impl Part<'_> {
         if nu.saturating_mul(nv) > MOST_SAMPLES {
             return Err(malformed(format!("the face #{number} needs {nu} x {nv} samples, more than are taken")));
         }
+        self.allowance.take(nu * nv, "STEP")?;
         let samples: Vec<Vec<DVec3>> = (0..nu)
             .into_par_iter()
             .map(|k| {

@@ -1,0 +1,104 @@
+//! What the verifier says of the files of a design, and the pictures of it.
+
+use super::{
+    bench::scene_of,
+    budget::{self, Judged, Step},
+    error::Failure,
+    finish::Finished,
+    judge::{self, Examiner, Judgement},
+    plan::Plan,
+    side_file::{self, SideFile},
+};
+use glasswarp::{
+    export::Format,
+    pipeline::Block,
+    report::{self, Exposure},
+    target::to_picture_order,
+};
+use glasswarp_verify::{Image, PhotonPlan};
+use image::GrayImage;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
+const PHOTONS: u64 = 1_000_000;
+/// Pixels across at which a design is judged, at most.
+const PIXELS: usize = 1024;
+
+/// What the verifier says of the files of a design.
+pub(crate) struct Opinion {
+    pub(crate) judgement: Judgement,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) wanted: Image,
+    /// The light after the finish that it was designed for.
+    pub(crate) finished: Option<Finished>,
+}
+
+impl Opinion {
+    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
+    /// most.
+    pub(crate) fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
+        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
+        let judged = stl.unwrap_or(&outputs[0]);
+        // The bench as the side file gives it, which is what a stranger would have.
+        let side = SideFile::read(&side_file::path_beside(judged))?;
+        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
+        let judge = || {
+            let judged = Judged::read(judged, side.origin_of(judged))?;
+            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
+            Ok((judged, judgement))
+        };
+        // Reading text takes its time, on one core.
+        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
+        let ((first, judgement), others) = (first?, others?);
+        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
+        let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
+        let finish = plan.settings.finish;
+        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
+        Ok(Self { judgement, steps, wanted, finished })
+    }
+
+    /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
+    /// budget, the isocontours of the exit face, and the block with its dimensions.
+    pub(crate) fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
+        let exposure = Exposure::of(&plan.target, plan.transfer.into());
+        let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
+        let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
+        let note = format!("(relative RMS {error:.4})");
+        let finished = self.finished.as_ref().map(|finished| {
+            let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
+            (judge::field_of(&finished.view.image), note)
+        });
+        type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
+        let mut pictures: Vec<(&str, Draw)> = vec![
+            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
+            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
+            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
+            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
+            ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
+            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
+        ];
+        if let Some((image, note)) = &finished {
+            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
+        }
+        pictures
+            .par_iter()
+            .map(|(kind, draw)| {
+                let path = output.with_extension(format!("{kind}.png"));
+                report::write_png(&path, &draw()).map_err(Failure::writing)?;
+                Ok(path)
+            })
+            .collect()
+    }
+}
+
+/// Draws the solver's own view of where the light will be wrong, if it has one.
+pub(crate) fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
+    let Some(light) = &block.light else { return Ok(Vec::new()) };
+    let exposure = Exposure::of(&plan.target, plan.transfer.into());
+    let wanted = plan.target.resampled(light.nx(), light.ny());
+    let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
+    let path = output.with_extension("weakness.png");
+    report::write_png(&path, &picture).map_err(Failure::writing)?;
+    Ok(vec![path])
+}

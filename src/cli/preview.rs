@@ -1,0 +1,173 @@
+//! `glasswarp preview`: what a picture would become, before a design is waited for.
+
+use super::{
+    bench::scene_of,
+    error::Failure,
+    judge::{self, Examiner},
+    page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
+    plan::Plan,
+    progress::TerminalProgress,
+    settings::{QualityName, Settings, SolverName},
+    side_file::BenchRecord,
+    workpiece::{View as Seen, look},
+};
+use glasswarp::{
+    export,
+    fabricate::Shape,
+    pipeline::Block,
+    report::{self, Exposure, Facts, Model, Page},
+};
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+pub(crate) struct PreviewArgs {
+    /// The picture, or a design file (.toml) that names it
+    picture: PathBuf,
+
+    /// Where to: .html (the page to turn the block on) or .png (target, light and difference). May be given several times
+    /// [default: the picture's name with .preview.html, in the working folder]
+    #[arg(short, long, value_name = "FILE")]
+    output: Vec<PathBuf>,
+
+    #[command(flatten)]
+    settings: Settings,
+}
+
+/// Height nodes across: enough for a draft of a photograph, few enough for a fraction of a second.
+const NODES: usize = 257;
+/// Pixels across at which the light is looked at, at most.
+const PIXELS: usize = 384;
+
+pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
+    let (mut settings, picture) = Settings::of(&args.picture, &args.settings)?;
+    settings.nodes = settings.nodes.or(Some(NODES));
+    if settings.solver.unwrap_or_default() == SolverName::Transport {
+        settings.quality = settings.quality.or(Some(QualityName::Draft));
+    }
+    let stem = PathBuf::from(picture.file_stem().unwrap_or_default());
+    let outputs = if args.output.is_empty() { vec![stem.with_extension("preview.html")] } else { args.output.clone() };
+    for output in &outputs {
+        if !is(output, "html") && !is(output, "png") {
+            return Err(Failure::Usage(format!("{}: a preview is written as .html or .png", output.display())));
+        }
+        export::probe(output).map_err(Failure::writing)?;
+    }
+    let plan = Plan::new(picture, settings)?;
+    let progress = TerminalProgress::new();
+    let block = plan.design(&progress);
+    progress.finish();
+    let block = block?;
+    let bench = &plan.bench;
+    let record = BenchRecord::of(bench).with(&block.solid);
+    let examiner = Examiner::new(scene_of(&record, &plan.settings)?, Some(&plan.target), PIXELS);
+    let seen = look(&examiner, block.solid.surface(), block.solid.entry_z_mm())?;
+    let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
+    for output in &outputs {
+        made.write(output)?;
+    }
+    made.print(&outputs);
+    for warning in &block.summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+    Ok(())
+}
+
+fn is(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
+}
+
+struct Preview<'a> {
+    plan: &'a Plan,
+    block: &'a Block,
+    examiner: &'a Examiner,
+    seen: &'a Seen,
+}
+
+impl Preview<'_> {
+    fn write(&self, output: &Path) -> Result<(), Failure> {
+        let exposure = Exposure::of(&self.plan.target, self.plan.transfer.into());
+        let light = judge::field_of(&self.seen.image);
+        let wanted = self.examiner.wanted().map_or_else(|| light.clone(), judge::field_of);
+        if is(output, "png") {
+            let note = format!("draft (relative RMS {:.4})", self.seen.metrics.rel_rms);
+            return report::write_png(output, &report::panel(&wanted, &light, exposure, &note))
+                .map_err(Failure::writing);
+        }
+        let (plan, block) = (self.plan, self.block);
+        let (solid, bench) = (&block.solid, &plan.bench);
+        let shape = Shape::of(&block.surface);
+        let (_, high) = block.surface.heights_mm().min_max();
+        let (nx, ny) = plan.nodes;
+        let mut rows = vec![
+            row("Relief", format!("{:.2} mm", block.surface.relief_mm())),
+            row(
+                "Stock",
+                format!("{} mm thick, {:.2} mm at its thinnest place", mm(solid.thickness_mm()), solid.thinnest_mm()),
+            ),
+        ];
+        rows.extend(face_rows(&shape));
+        let page = Page {
+            title: plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            about: format!(
+                "A preview: a draft on {nx} × {ny} nodes, solved in a moment and not to be made. Relief and thickness are close to those of the block; its light is only roughly right, and the design itself comes nearer to the picture."
+            ),
+            warnings: block.summary.warnings.clone(),
+            highlights: vec![
+                error_highlight(&self.seen.metrics, "RMS of this draft; a design comes nearer"),
+                highlight("Stock", mm(solid.thickness_mm()), "mm", "thick".into()),
+                highlight("Relief", format!("{:.2}", block.surface.relief_mm()), "mm", "lowest to highest".into()),
+                highlight(
+                    "Thinnest place",
+                    format!("{:.2}", solid.thinnest_mm()),
+                    "mm",
+                    "of glass that is left".into(),
+                ),
+            ],
+            model: Model {
+                surface: &block.surface,
+                entry_z_mm: solid.entry_z_mm(),
+                outline: solid.shape().outline(solid.extent()),
+                rim_z_mm: solid.rim_z_mm(),
+                bench,
+                slope: shape.slope(),
+                hollow_per_mm: shape.hollow_per_mm(),
+            },
+            target: Some(page::target_view(&wanted, exposure)),
+            caustic: page::light_view(
+                "Light of the draft",
+                &light,
+                exposure,
+                format!("{}.", in_words(&self.seen.metrics)),
+            ),
+            difference: Some(page::difference_view(&wanted, &light, exposure)),
+            others: Vec::new(),
+            budget: Vec::new(),
+            summary: None,
+            drawing: None,
+            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, high)],
+            files: Vec::new(),
+            command: command(),
+            program: program(),
+        };
+        report::write_html(output, &page).map_err(Failure::writing)
+    }
+
+    fn print(&self, outputs: &[PathBuf]) {
+        let (plan, block, metrics) = (self.plan, self.block, &self.seen.metrics);
+        let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
+        println!("{}", names.join(", "));
+        println!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
+        println!(
+            "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",
+            plan.bench.block().width_mm,
+            plan.bench.block().height_mm,
+            mm(block.solid.thickness_mm()),
+            block.solid.thinnest_mm()
+        );
+        println!("  relief         {:.2} mm", block.surface.relief_mm());
+        println!(
+            "  expected error {:.3} relative RMS at most, SSIM {:.3} (this draft's); 'glasswarp design' comes nearer",
+            metrics.rel_rms, metrics.ssim
+        );
+    }
+}

@@ -1,0 +1,111 @@
+//! Pictures and numbers as text.
+
+use base64::{Engine, engine::general_purpose::STANDARD};
+use glam::DVec2;
+use image::{
+    DynamicImage, GrayImage,
+    codecs::png::{CompressionType, FilterType, PngEncoder},
+    imageops,
+};
+use std::fmt;
+
+/// Bytes as base64.
+pub(super) fn base64(bytes: &[u8]) -> String {
+    STANDARD.encode(bytes)
+}
+
+/// A picture as the address of itself, a PNG.
+pub(super) fn png_uri(picture: &DynamicImage) -> String {
+    let mut bytes = Vec::new();
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
+    // Memory takes all bytes; a picture of no known kind would be shown by its alternative text.
+    let _ = picture.write_with_encoder(encoder);
+    format!("data:image/png;base64,{}", base64(&bytes))
+}
+
+/// A picture whose longer side has at most so many pixels.
+pub(super) fn shrunk(picture: &GrayImage, most_px: u32) -> GrayImage {
+    let (width, height) = picture.dimensions();
+    let longest = width.max(height);
+    if longest <= most_px {
+        return picture.clone();
+    }
+    let side = |n: u32| ((f64::from(n) * f64::from(most_px) / f64::from(longest)).round() as u32).max(1);
+    imageops::resize(picture, side(width), side(height), imageops::FilterType::Triangle)
+}
+
+/// A number for people: four significant figures at most behind the point, no more digits than it has.
+pub(super) fn figure(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{}", value + 0.0);
+    }
+    let places = (3.0 - value.abs().log10().floor()).clamp(0.0, 9.0);
+    let scale = 10_f64.powf(places);
+    format!("{}", (value * scale).round() / scale + 0.0)
+}
+
+/// A length with its unit.
+pub(super) fn mm(value_mm: f64) -> String {
+    format!("{}\u{a0}mm", figure(value_mm))
+}
+
+/// A coordinate in a drawing: two decimals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Px(pub(super) f64);
+
+impl fmt::Display for Px {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", (self.0 * 100.0).round() / 100.0 + 0.0)
+    }
+}
+
+/// A place in a drawing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Spot {
+    pub(super) x: Px,
+    pub(super) y: Px,
+}
+
+impl From<DVec2> for Spot {
+    fn from(p: DVec2) -> Self {
+        Self { x: Px(p.x), y: Px(p.y) }
+    }
+}
+
+/// Points as the path of a drawing.
+pub(super) fn path(points: impl IntoIterator<Item = DVec2>) -> String {
+    let points: Vec<String> = points.into_iter().map(|p| format!("{} {}", Px(p.x), Px(p.y))).collect();
+    format!("M{}", points.join("L"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_matter() {
+        for (value, text) in [
+            (250.0, "250"),
+            (0.0, "0"),
+            (-0.0, "0"),
+            (9.7812345, "9.781"),
+            (123.456, "123.5"),
+            (0.00123456, "0.001235"),
+            (12_345.6, "12346"),
+            (1e-12, "0"),
+        ] {
+            assert_eq!(figure(value), text);
+        }
+        assert_eq!(Px(-0.001).to_string(), "0");
+    }
+
+    #[test]
+    fn pictures_keep_their_shape_and_read_back() {
+        let tall = GrayImage::from_fn(30, 90, |_, j| image::Luma([2 * j as u8]));
+        assert_eq!(shrunk(&tall, 45).dimensions(), (15, 45));
+        assert_eq!(shrunk(&tall, 90), tall);
+        let uri = png_uri(&DynamicImage::from(tall.clone()));
+        let bytes = STANDARD.decode(uri.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
+        assert_eq!(image::load_from_memory(&bytes).unwrap().into_luma8(), tall);
+    }
+}

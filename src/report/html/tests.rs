@@ -1,0 +1,2 @@
+use super::*;
+use crate::{bench::ExitFace, grid::Extent};

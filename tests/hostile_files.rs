@@ -1,0 +1,382 @@
+//! Files that lie: no reader panics, and none takes more memory than the length of its file pays for.
+//!
+//! Every format has a corpus of valid files, which are damaged at random (`common/fuzz.rs`), and lies made by hand. The long
+//! run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test hostile_files -- --nocapture`; docs/reliability.md has
+//! its figures.
+
+#[path = "common/fuzz.rs"]
+mod fuzz;
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
+    LineOrder, Vec2, WritableImage,
+};
+use fuzz::{Read, Target, cases};
+use glasswarp::{
+    bench::ExitFace,
+    export::{self, Design, HeightMap},
+    grid::{Extent, Field},
+    solid::{Solid, Stock},
+    surface::HeightField,
+    target::{Picture, PictureError},
+};
+use glasswarp_verify::{
+    PhotonTally,
+    load::{self, Format},
+};
+use std::{
+    fs,
+    io::{Cursor, Read as _, Write as _},
+    path::Path,
+};
+
+/// A block of so few nodes that a file of it is quickly read.
+fn solid() -> Solid {
+    let heights = (0..99).map(|k| 0.1 * f64::from(k % 11) + 0.05 * f64::from(7 * k % 31).sin()).collect();
+    let surface = HeightField::new(Extent::new(20.0, 16.0), Field::from_vec(11, 9, heights));
+    Solid::new(&surface, Stock::thinnest_sheet()).unwrap()
+}
+
+/// The block as a file of this kind.
+fn exported(extension: &str) -> Vec<u8> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join(format!("block.{extension}"));
+    let design = Design { name: "block".into(), exit_face: ExitFace::Refracts { ior: 1.5 }, distance_mm: 250.0 };
+    match extension {
+        "png" | "exr" => HeightMap::of(&solid()).write(&path).unwrap(),
+        _ => export::export(&path, &solid(), &design).unwrap(),
+    }
+    fs::read(path).unwrap()
+}
+
+const TETRAHEDRON_STL: &str = "solid t\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 0 1 0\nvertex 1 0 0\nendloop\nendfacet\n\
+    facet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 1e0\nendloop\nendfacet\nendsolid t\n";
+const TETRAHEDRON_OBJ: &str = "mtllib a.mtl\no t\ng u\nusemtl m\ns 1\nv 0 0 0\nv 1 0 0 1\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvt 0 0\n\
+    f 1 3 2\nf 1//1 2//1 4//1\nf 1/1 4/1 3/1\nf -3/1/1 -2/1/1 -1/1/1\nl 1 2\np 1\n";
+const QUAD_PLY: &str = "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\n\
+    property uchar red\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n1 1 0 3\n0 1 1 4\n\
+    4 0 1 2 3\n3 0 1 2\n";
+
+/// A solid may take this: a fixed part for tables, and so much for every byte.
+fn mesh_memory(length: usize) -> usize {
+    (16 << 20) + 400 * length
+}
+
+/// What a solid of this kind becomes.
+fn read_solid(format: Format) -> impl Fn(&[u8]) -> Read {
+    move |bytes| Read::of(load::parse(format, bytes))
+}
+
+#[test]
+fn stl() {
+    let corpus = vec![exported("stl"), TETRAHEDRON_STL.into()];
+    Target { name: "STL", corpus, mend: None, memory: mesh_memory }.run(cases(5000), read_solid(Format::Stl));
+}
+
+#[test]
+fn obj() {
+    let corpus = vec![exported("obj"), TETRAHEDRON_OBJ.into()];
+    Target { name: "OBJ", corpus, mend: None, memory: mesh_memory }.run(cases(5000), read_solid(Format::Obj));
+}
+
+#[test]
+fn glb() {
+    let corpus = vec![exported("glb")];
+    let mend = Some(mend_glb as fn(&mut Vec<u8>));
+    Target { name: "GLB", corpus, mend, memory: mesh_memory }.run(cases(5000), read_solid(Format::Glb));
+}
+
+#[test]
+fn ply() {
+    let corpus = vec![exported("ply"), QUAD_PLY.into()];
+    Target { name: "PLY", corpus, mend: None, memory: mesh_memory }.run(cases(5000), read_solid(Format::Ply));
+}
+
+#[test]
+fn step() {
+    let corpus = vec![exported("step")];
+    Target { name: "STEP", corpus, mend: None, memory: mesh_memory }.run(cases(2000), read_solid(Format::Step));
+}
+
+#[test]
+fn three_mf() {
+    // What is damaged is the model; the package is put around it afterwards.
+    let whole = exported("3mf");
+    let mut archive = zip::ZipArchive::new(Cursor::new(&whole)).unwrap();
+    let name = archive.file_names().map(Result::unwrap).find(|name| name.ends_with(".model")).unwrap().into_owned();
+    let mut model = Vec::new();
+    archive.by_name(&name).unwrap().read_to_end(&mut model).unwrap();
+    Target { name: "3MF, its model", corpus: vec![model], mend: None, memory: mesh_memory }
+        .run(cases(2000), |model| Read::of(load::parse(Format::ThreeMf, &package(model))));
+    Target { name: "3MF, its package", corpus: vec![whole, package(TETRAHEDRON_3MF)], mend: None, memory: mesh_memory }
+        .run(cases(5000), read_solid(Format::ThreeMf));
+}
+
+const TETRAHEDRON_3MF: &[u8] =
+    b"<?xml version=\"1.0\"?><model unit=\"inch\"><resources><object id=\"1\"><mesh><vertices>\
+    <vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/></vertices>\
+    <triangles><triangle v1=\"0\" v2=\"2\" v3=\"1\"/></triangles></mesh></object></resources><build/></model>";
+
+fn package(model: &[u8]) -> Vec<u8> {
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Stored);
+    let relations = "<Relationships><Relationship Target=\"/3D/m.model\" Type=\"x/3dmodel\"/></Relationships>";
+    for (name, bytes) in [("_rels/.rels", relations.as_bytes()), ("3D/m.model", model)] {
+        zip.start_file(name, options).unwrap();
+        zip.write_all(bytes).unwrap();
+    }
+    zip.finish().unwrap().into_inner()
+}
+
+#[test]
+fn height_maps() {
+    let png = Target {
+        name: "height map, PNG",
+        corpus: vec![exported("png")],
+        mend: Some(mend_png),
+        // A byte of PNG holds up to 516 heights.
+        memory: |length| (16 << 20) + 516 * 64 * length,
+    };
+    png.run(cases(5000), read_solid(Format::HeightMapPng));
+    let exr = Target { name: "height map, OpenEXR", corpus: vec![exported("exr")], mend: None, memory: exr_memory };
+    exr.run(cases(3000), read_solid(Format::HeightMapExr));
+}
+
+/// OpenEXR packs no further than deflate.
+fn exr_memory(length: usize) -> usize {
+    (32 << 20) + 1032 * 16 * length
+}
+
+/// What a picture may take here; the program allows what the machine has.
+const PICTURE_MEMORY: u64 = 32 << 20;
+
+fn read_picture(bytes: &[u8]) -> Read {
+    Read::of(Picture::read(Cursor::new(bytes), None, PICTURE_MEMORY))
+}
+
+/// Decoders hold rows, blocks and tables besides the picture.
+fn picture_memory(length: usize) -> usize {
+    2 * PICTURE_MEMORY as usize + 64 * length
+}
+
+fn corpus_of(extensions: &[&str]) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
+    let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    paths.retain(|path| extensions.iter().any(|wanted| path.extension().is_some_and(|found| found == *wanted)));
+    paths.sort();
+    assert!(!paths.is_empty());
+    paths.iter().map(|path| fs::read(path).unwrap()).collect()
+}
+
+fn pictures(name: &str, extensions: &[&str], mend: Option<fn(&mut Vec<u8>)>) {
+    let corpus = corpus_of(extensions);
+    Target { name, corpus, mend, memory: picture_memory }.run(cases(4000), read_picture);
+}
+
+/// The decoder believes the number of values of a tag, up to a limit of its own.
+fn tiff_memory(length: usize) -> usize {
+    (384 << 20) + picture_memory(length)
+}
+
+#[test]
+fn pictures_png() {
+    pictures("picture, PNG", &["png"], Some(mend_png));
+}
+
+#[test]
+fn pictures_jpeg() {
+    pictures("picture, JPEG", &["jpg"], None);
+}
+
+#[test]
+fn pictures_tiff() {
+    let corpus = corpus_of(&["tif"]);
+    Target { name: "picture, TIFF", corpus, mend: None, memory: tiff_memory }.run(cases(4000), read_picture);
+}
+
+#[test]
+fn pictures_webp() {
+    pictures("picture, WebP", &["webp"], None);
+}
+
+#[test]
+fn pictures_gif() {
+    pictures("picture, GIF", &["gif"], None);
+}
+
+#[test]
+fn pictures_bmp() {
+    pictures("picture, BMP", &["bmp"], None);
+}
+
+#[test]
+fn pictures_pnm() {
+    pictures("picture, PNM", &["ppm", "pgm"], None);
+}
+
+#[test]
+fn pictures_exr() {
+    let corpus =
+        [Compression::Uncompressed, Compression::RLE, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
+            .into_iter()
+            .flat_map(|compression| {
+                [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
+            })
+            .collect();
+    let target = Target { name: "picture, OpenEXR", corpus, mend: None, memory: picture_memory };
+    target.run(cases(3000), read_picture);
+}
+
+fn exr_picture(compression: Compression, blocks: Blocks) -> Vec<u8> {
+    let samples = |scale: f32| FlatSamples::F32((0..108).map(|k| scale * k as f32).collect());
+    let half = FlatSamples::F16((0..108).map(|k| exr::prelude::f16::from_f32(k as f32)).collect());
+    let channels = [AnyChannel::new("R", samples(0.5)), AnyChannel::new("G", half), AnyChannel::new("B", samples(2.0))];
+    let layer = Layer::new(
+        (12, 9),
+        LayerAttributes::named("light"),
+        Encoding { compression, blocks, line_order: LineOrder::Increasing },
+        AnyChannels::sort(channels.into_iter().collect()),
+    );
+    let mut bytes = Cursor::new(Vec::new());
+    ExrImage::from_layer(layer).write().non_parallel().to_buffered(&mut bytes).unwrap();
+    bytes.into_inner()
+}
+
+#[test]
+fn photon_tallies() {
+    let target = Target { name: "photon tally", corpus: vec![tally()], mend: None, memory: exr_memory };
+    target.run(cases(3000), |bytes| Read::of(PhotonTally::parse(bytes)));
+}
+
+fn tally() -> Vec<u8> {
+    use glam::DVec2;
+    use glasswarp_verify::{Block, PhotonPlan, Scene, Tracer, Window, photons};
+    let mesh = load::parse(Format::Stl, &exported("stl")).unwrap();
+    let block = Block::from_mesh(&mesh).unwrap();
+    let window = Window { size_mm: DVec2::new(20.0, 16.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
+    let tracer = Tracer::for_block(&block, &Scene::new(1.5, 250.0, window)).unwrap();
+    let plan = PhotonPlan { replicates: 4, ..PhotonPlan::new(1000, 1) };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tally.exr");
+    photons(&tracer, &plan).unwrap().write(&path, "a bench").unwrap();
+    fs::read(path).unwrap()
+}
+
+/// Gives every chunk of a PNG its checksum.
+fn mend_png(file: &mut Vec<u8>) {
+    let mut at = 8;
+    while let Some(length) = file.get(at..at + 4).map(|b| u32::from_be_bytes([b[0], b[1], b[2], b[3]]) as usize) {
+        let Some(end) = (at + 8).checked_add(length).filter(|end| end + 4 <= file.len()) else { return };
+        let mut crc = crc32(&file[at + 4..end]).to_be_bytes().to_vec();
+        file.splice(end..end + 4, crc.drain(..));
+        at = end + 4;
+    }
+}
+
+/// CRC-32 of PNG and ZIP.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |crc: u32, byte: &u8| {
+        (0..8).fold(crc ^ u32::from(*byte), |crc, _| (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg()))
+    };
+    !bytes.iter().fold(!0, step)
+}
+
+/// Gives a GLB its lengths.
+fn mend_glb(file: &mut Vec<u8>) {
+    let Some(name) = file.windows(4).rposition(|w| w == b"BIN\0").filter(|at| *at >= 24) else { return };
+    let (total, json, binary) = (file.len(), name - 24, file.len() - name - 4);
+    for (at, length) in [(8, total), (12, json), (name - 4, binary)] {
+        file[at..at + 4].copy_from_slice(&(length as u32).to_le_bytes());
+    }
+}
+
+/// The reason why a solid is refused.
+#[track_caller]
+fn refused(format: Format, bytes: &[u8]) -> String {
+    match load::parse(format, bytes) {
+        Ok(mesh) => panic!("{format:?} is taken, with {} triangles", mesh.triangles.len()),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
+    let mut stl = exported("stl");
+    stl[80..84].copy_from_slice(&u32::MAX.to_le_bytes());
+    assert!(refused(Format::Stl, &stl).contains("4294967295 triangles"));
+    let ply = QUAD_PLY.replace("vertex 4", "vertex 18446744073709551615");
+    assert!(refused(Format::Ply, ply.as_bytes()).contains("ends before its last element"));
+
+    // Many nodes that show one mesh: 100 bytes for each copy of everything.
+    let glb = exported("glb");
+    let json_length = u32::from_le_bytes([glb[12], glb[13], glb[14], glb[15]]) as usize;
+    let mut json: serde_json::Value = serde_json::from_slice(&glb[20..20 + json_length]).unwrap();
+    let node = json["nodes"].as_array().unwrap().iter().find(|node| node.get("mesh").is_some()).unwrap().clone();
+    json["nodes"] = vec![node; 20_000].into();
+    json["scenes"][0]["nodes"] = (0..20_000).collect::<Vec<_>>().into();
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let mut many = glb[..20].to_vec();
+    many.extend(&text);
+    many.extend(&glb[20 + json_length..]);
+    mend_glb(&mut many);
+    assert!(refused(Format::Glb, &many).contains("more points than it has bytes"));
+
+    // A spline with one span a ten-millionth of the others: sampled at equal steps it takes gigabytes.
+    let step = String::from_utf8(exported("step")).unwrap().replace('\n', "");
+    let knots = step.rfind("(4,").map(|at| at + step[at..].find("),(").unwrap() + 3).unwrap();
+    let end = knots + step[knots..].find(')').unwrap();
+    let mut places: Vec<f64> = step[knots..end].split(',').map(|knot| knot.trim().parse().unwrap()).collect();
+    let count = places.len();
+    places[count - 2] = places[count - 1] - 1e-7 * (places[count - 1] - places[0]);
+    let places: Vec<String> = places.iter().map(|knot| format!("{knot:?}")).collect();
+    let uneven = format!("{}{}{}", &step[..knots], places.join(","), &step[end..]);
+    let reason = refused(Format::Step, uneven.as_bytes());
+    assert!(reason.contains("samples") || reason.contains("more points"), "{reason}");
+    let deep = step.replace("CARTESIAN_POINT('',(", &format!("CARTESIAN_POINT('',({}", "(".repeat(10_000)));
+    assert!(refused(Format::Step, deep.as_bytes()).contains("not understood"));
+
+    // Spaces by the hundred megabytes in some kilobytes.
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    let relations = "<Relationships><Relationship Target=\"/3D/m.model\" Type=\"x/3dmodel\"/></Relationships>";
+    zip.start_file("_rels/.rels", options).unwrap();
+    zip.write_all(relations.as_bytes()).unwrap();
+    zip.start_file("3D/m.model", options).unwrap();
+    (0..100).for_each(|_| zip.write_all(&[b' '; 1 << 20]).unwrap());
+    let bomb = zip.finish().unwrap().into_inner();
+    assert!(bomb.len() < 1 << 20);
+    assert!(refused(Format::ThreeMf, &bomb).contains("200 times its size"));
+
+    let mut png = exported("png");
+    png[16..24].copy_from_slice(&[0, 0, 32, 0, 0, 0, 32, 0]);
+    mend_png(&mut png);
+    assert!(refused(Format::HeightMapPng, &png).contains("too few for 8192 x 8192"));
+}
+
+#[test]
+fn pictures_that_claim_more_than_is_allowed_are_refused_before_they_are_decoded() {
+    let mut png = corpus_of(&["png"]).swap_remove(0);
+    png[16..24].copy_from_slice(&[0, 0, 64, 0, 0, 0, 64, 0]);
+    mend_png(&mut png);
+    let mut bmp = corpus_of(&["bmp"]).pop().unwrap();
+    bmp[18..26].copy_from_slice(&[0, 64, 0, 0, 0, 64, 0, 0]);
+    let mut gif = corpus_of(&["gif"]).pop().unwrap();
+    gif[6..10].copy_from_slice(&[0, 64, 0, 64]);
+    let exr = {
+        let mut exr = exr_picture(Compression::ZIP16, Blocks::ScanLines);
+        for window in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+            let at = exr.windows(window.len()).position(|w| w == window).unwrap() + window.len() + 4;
+            exr[at + 8..at + 16].copy_from_slice(&[0xff, 0x3f, 0, 0, 0xff, 0x3f, 0, 0]);
+        }
+        exr
+    };
+    for (name, bytes) in [("PNG", png), ("BMP", bmp), ("GIF", gif), ("OpenEXR", exr)] {
+        match Picture::read(Cursor::new(bytes), None, PICTURE_MEMORY) {
+            Err(PictureError::Memory { width: 16_384, height: 16_384, .. }) => {}
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+    let pnm = Picture::read(Cursor::new(b"P5 4000000000 4000000000 255\n1"), None, PICTURE_MEMORY);
+    assert!(matches!(pnm, Err(PictureError::Size { .. } | PictureError::Decode(_))), "{pnm:?}");
+}

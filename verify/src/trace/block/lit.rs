@@ -1,0 +1,177 @@
+//! The light that falls on the exit face, told by the point of the face that it lights.
+//!
+//! Rays are counted over the plan of the exit face, each with the flux that its part of the face gets: so all of the face is lit,
+//! however oblique or wide the light is, and its border is where light ends. What reaches it by a side wall of the file's solid
+//! instead of the entry face ends there.
+
+use super::{BlockTracer, Face};
+use crate::{
+    accel::SearchRay,
+    scene::{Geometry, Optics},
+    trace::{
+        End, Path,
+        illumination::{Arrival, Rays},
+    },
+};
+use glam::{DVec2, DVec3};
+
+/// A point of the face in the light.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lit {
+    point: DVec3,
+    /// Unit normal that turns the light.
+    normal: DVec3,
+    arrival: Arrival,
+    /// Flux per unit of area of the face's plan, less what [`Spent`] says.
+    flux: f64,
+}
+
+/// How much light falls on the face, found by quadrature.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Supply {
+    /// Mean flux per unit of area of the face's plan.
+    pub(super) mean: f64,
+    /// The part of it that meets a side wall, or a rim, before the face.
+    pub(super) vignetted: f64,
+}
+
+/// Points of the quadrature along each side.
+const POINTS: usize = 128;
+/// Two crossings nearer to each other than this are one, mm.
+const SAME_MM: f64 = 1e-6;
+/// How far beyond a wall light counts as inside, mm.
+const WALL_MM: f64 = 1e-9;
+
+impl BlockTracer {
+    /// The ray of ideal light that lights the face above a point of its plan.
+    #[inline]
+    pub(in crate::trace) fn path_at(&self, at: DVec2) -> Path {
+        if self.even {
+            return self.path(at);
+        }
+        let Some(lit) = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit)) else { return Path::DARK };
+        let power = lit.flux / self.supply.mean;
+        if self.is_vignetted(&lit) {
+            return Path { power, ..Path::ended(End::Side, 1.0) };
+        }
+        Path { power, ..self.leave(lit.point, lit.normal, lit.arrival.direction, lit.arrival.transmittance) }
+    }
+
+    /// The same, but the way to the face is followed forwards, through the search structure.
+    #[inline]
+    pub(in crate::trace) fn followed_at(&self, at: DVec2) -> Path {
+        if self.even {
+            return self.path(at);
+        }
+        let Some(lit) = self.lit(self.rays, at) else { return Path::DARK };
+        let power = lit.flux / self.supply.mean;
+        if self.is_vignetted(&lit) {
+            return Path { power, ..Path::ended(End::Side, 1.0) };
+        }
+        let direction = lit.arrival.direction;
+        let origin = match self.optics {
+            Optics::Refracts { .. } => lit.arrival.entered,
+            Optics::Reflects => self.before(lit.point, direction),
+        };
+        let (point, normal) = match self.exit(&SearchRay::new(origin, direction)) {
+            Ok((point, _)) if point.distance_squared(lit.point) > SAME_MM * SAME_MM => return Path::DARK,
+            Ok(met) => met,
+            // At the border the spline reaches beyond its triangles.
+            Err(_) => (lit.point, lit.normal),
+        };
+        Path { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
+    }
+
+    /// How much light falls on the face.
+    pub(super) fn supply(&self) -> Supply {
+        let size = self.block.upper - self.block.lower;
+        let (mut sum, mut vignetted) = (0.0, 0.0);
+        for j in 0..POINTS {
+            let (mut row, mut row_vignetted) = (0.0, 0.0);
+            for i in 0..POINTS {
+                let place = (DVec2::new(i as f64, j as f64) + 0.5) / POINTS as f64;
+                let Some(lit) = self.lit(self.rays, self.block.lower + place * size) else { continue };
+                row += lit.flux;
+                row_vignetted += if self.is_vignetted(&lit) { lit.flux } else { 0.0 };
+            }
+            sum += row;
+            vignetted += row_vignetted;
+        }
+        Supply { mean: sum / (POINTS * POINTS) as f64, vignetted: if sum > 0.0 { vignetted / sum } else { 0.0 } }
+    }
+
+    /// The face above a point of its plan, in the light of these rays. None where it faces away from them.
+    #[inline]
+    fn lit(&self, rays: Rays, at: DVec2) -> Option<Lit> {
+        let (point, facing, normal) = self.face_above(at);
+        let arrival = self.illumination.at(rays, point)?;
+        let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
+        (flux > 0.0).then_some(Lit { point, normal, arrival, flux })
+    }
+
+    /// A point of the face, the normal of its shape (with z = 1), and the unit normal that turns light.
+    #[inline]
+    fn face_above(&self, at: DVec2) -> (DVec3, DVec3, DVec3) {
+        if self.geometry == Geometry::NormalMappedPlane {
+            return (at.extend(0.0), DVec3::Z, self.normal_above(at));
+        }
+        match &self.face {
+            Face::Spline(spline) => {
+                let jet = spline.jet(at.x, at.y);
+                let facing = DVec3::new(-jet.zx, -jet.zy, 1.0);
+                (at.extend(jet.z), facing, facing.normalize())
+            }
+            Face::Smooth(_) | Face::Facets => {
+                let hit = self.hit_at(at);
+                let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j));
+                let facing = (b - a).cross(c - a);
+                let z = hit.crossing.weights.dot(DVec3::new(a.z, b.z, c.z));
+                (at.extend(z), facing / facing.z, self.flat_normal(&hit))
+            }
+        }
+    }
+
+    /// Whether another part of the face is in the way of the light.
+    #[inline]
+    fn is_hidden(&self, lit: &Lit) -> bool {
+        let direction = lit.arrival.direction;
+        if self.geometry == Geometry::NormalMappedPlane || self.is_steep(direction) {
+            return false;
+        }
+        // Back from the face: out of the glass and into it again, or, before a mirror, into its back.
+        let leaves = matches!(self.optics, Optics::Refracts { .. });
+        let back = SearchRay::new(lit.point, -direction);
+        self.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM).is_some()
+    }
+
+    /// Whether light comes to this point by a side wall of the solid, or past a rim that shades it.
+    #[inline]
+    fn is_vignetted(&self, lit: &Lit) -> bool {
+        let (point, entered, direction) = (lit.point, lit.arrival.entered, lit.arrival.direction);
+        let block = &self.block;
+        if self.optics == Optics::Reflects {
+            return self.meets_the_rim(point, -direction);
+        }
+        let within = |at: DVec3, (lower, upper): (DVec2, DVec2)| {
+            (at.truncate() + WALL_MM).cmpge(lower).all() && (at.truncate() - WALL_MM).cmple(upper).all()
+        };
+        if within(entered, (block.lower, block.upper)) {
+            return false;
+        }
+        if !within(entered, block.entry_face_mm()) {
+            return true;
+        }
+        // Through the rim: it must come in below its top.
+        let d = direction.truncate();
+        let wall = DVec2::select(d.cmpgt(DVec2::ZERO), block.lower, block.upper);
+        let back = ((point.truncate() - wall) / d).to_array();
+        let back = back.into_iter().filter(|t| t.is_finite()).fold(f64::INFINITY, f64::min).max(0.0);
+        block.rim_z_mm().is_some_and(|top| point.z - back * direction.z > top + WALL_MM)
+    }
+
+    /// Where a ray begins that comes from the receiver's side to a point.
+    #[inline]
+    pub(super) fn before(&self, point: DVec3, direction: DVec3) -> DVec3 {
+        point + direction * ((self.highest_mm + 1.0 - point.z) / direction.z)
+    }
+}
