@@ -3,7 +3,7 @@
 use super::{
     error::Failure,
     lamp::{self, Lamp, LightName},
-    settings::{Settings, Shift},
+    settings::{OutlineName, Settings, Shift},
     side_file::BenchRecord,
 };
 use glam::{DVec2, DVec3};
@@ -34,6 +34,9 @@ pub(crate) fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64) -> R
     let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
     let block = size(settings.size.map_or(100.0, |length| length.mm));
     let mut bench = Bench::new(block, distance_mm, exit_face).map_err(Failure::refused)?;
+    if let Some(OutlineName(outline)) = settings.outline {
+        bench = bench.with_outline(outline).map_err(Failure::refused)?;
+    }
     if let Some(leaning) = settings.receiver_tilt {
         // Its side that the inclination names recedes.
         let towards = leaning.towards();

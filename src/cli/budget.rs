@@ -96,6 +96,9 @@ pub(crate) fn of_design(
     let own = forward::irradiance(&spline, bench, forward::Geometry::Displaced, examiner.beams(), examiner.pixels());
     ledger.book("the solver's own map", judge::image_of(&own.irradiance))?;
     let exact = match block.solid.rim_z_mm() {
+        _ if block.solid.contour().is_some() => {
+            Subject::of(mesh_of(&block.solid, None), Path::new("the height field"))?
+        }
         None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?)),
         Some(_) => {
             Subject::of(mesh_of(&block.solid, Some(block.solid.surface().heights_mm())), Path::new("the height field"))?

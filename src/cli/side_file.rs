@@ -296,6 +296,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(file) = &settings.beam {
         line(format_args!("beam = {}", beside(file)))?;
     }
+    if let Some(outline) = settings.outline {
+        line(format_args!("outline = {}", quoted(&outline.to_string())))?;
+    }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;
     }

@@ -266,7 +266,7 @@ impl BlockTracer {
     /// Whether the exit face reaches over a point.
     #[inline]
     fn is_below(&self, at: DVec2) -> bool {
-        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all()
+        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all() && self.block.covers(at)
     }
 
     /// Where a ray inside the glass meets the triangles of the exit face first.

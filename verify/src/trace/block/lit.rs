@@ -46,6 +46,9 @@ impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
     pub(in crate::trace) fn path_at(&self, at: DVec2) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even {
             return self.path(at);
         }
@@ -60,6 +63,9 @@ impl BlockTracer {
     /// The same, but the way to the face is followed forwards, through the search structure.
     #[inline]
     pub(in crate::trace) fn followed_at(&self, at: DVec2) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even {
             return self.path(at);
         }
@@ -103,6 +109,9 @@ impl BlockTracer {
     /// The face above a point of its plan, in the light of these rays. None where it faces away from them.
     #[inline]
     fn lit(&self, rays: Rays, at: DVec2) -> Option<Lit> {
+        if !self.block.covers(at) {
+            return None;
+        }
         let (point, facing, normal) = self.face_above(at);
         let arrival = self.illumination.at(rays, point)?;
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
@@ -155,6 +164,9 @@ impl BlockTracer {
         let within = |at: DVec3, (lower, upper): (DVec2, DVec2)| {
             (at.truncate() + WALL_MM).cmpge(lower).all() && (at.truncate() - WALL_MM).cmple(upper).all()
         };
+        if !block.is_rectangular() {
+            return !block.covers(entered.truncate());
+        }
         if within(entered, (block.lower, block.upper)) {
             return false;
         }
