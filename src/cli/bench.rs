@@ -4,7 +4,7 @@ use super::{
     error::Failure,
     json,
     lamp::{self, Lamp, LightName},
-    settings::{Settings, Shift},
+    settings::{OutlineName, Settings, Shift},
     side_file::BenchRecord,
     toml_file,
     white::ior_at,
@@ -37,6 +37,9 @@ pub(crate) fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64) -> R
     let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
     let block = size(settings.size.map_or(100.0, |length| length.mm));
     let mut bench = Bench::new(block, distance_mm, exit_face).map_err(Failure::refused)?;
+    if let Some(OutlineName(outline)) = settings.outline {
+        bench = bench.with_outline(outline).map_err(Failure::refused)?;
+    }
     if let Some(leaning) = settings.receiver_tilt {
         // Its side that the inclination names recedes.
         let towards = leaning.towards();

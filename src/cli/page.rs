@@ -409,7 +409,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());
-        let (low, high) = block.surface.heights_mm().min_max();
+        let (low, high) = block.surface.range_mm();
         let spacing = size.node_spacing(plan.nodes.0, plan.nodes.1);
         let mut rows = vec![
             row("Stock", format!("{} × {} × {} mm", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm()))),

@@ -132,7 +132,8 @@ impl Plan {
         let overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
         self.shape.skirt_mm = match self.settings.skirt {
             Some(skirt) => skirt.mm,
-            None if overshoot_mm > 0.0 => overshoot_mm + DRAFT_MM,
+            // Round blocks have no skirt: what of their light would come through the wall is missing.
+            None if overshoot_mm > 0.0 && self.bench.contour().is_rectangle() => overshoot_mm + DRAFT_MM,
             None => 0.0,
         };
         let missing_mm = overshoot_mm - self.shape.skirt_mm;

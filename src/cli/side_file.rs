@@ -319,6 +319,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(mesh) = &settings.caustic_mesh {
         line(format_args!("caustic-mesh = {}", beside(mesh)))?;
     }
+    if let Some(outline) = settings.outline {
+        line(format_args!("outline = {}", quoted(&outline.to_string())))?;
+    }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;
     }
