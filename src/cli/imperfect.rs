@@ -259,7 +259,8 @@ impl Intent {
             let by = psf.deviation_mm();
             say!(
                 "  spread         {:.3} mm along x, {:.3} mm along y (standard deviation on the receiver)",
-                by.x, by.y
+                by.x,
+                by.y
             );
         }
         if let Some(done) = &self.deconvolved {
@@ -277,7 +278,8 @@ impl Intent {
             );
             say!(
                 "                 contrast of the light to draw {:.0}, of the picture {:.0}",
-                done.contrast_after, done.contrast_before
+                done.contrast_after,
+                done.contrast_before
             );
         }
         if let Some(mesh) = &self.mesh {
