@@ -195,7 +195,7 @@ fn mistakes_in_a_design_file_are_shown_in_it() {
     let shop = Workshop::new();
     let refused = |text: &str, words: &[&str]| {
         fs::write(shop.path("d.toml"), text).unwrap();
-        shop.refuses("design d.toml -o d.stl", REFUSED, words);
+        shop.refuses("design d.toml -o e.stl", REFUSED, words);
     };
     refused(
         "[design]\npicture = \"picture.png\"\ndistanse = 250\n",
@@ -208,8 +208,7 @@ fn mistakes_in_a_design_file_are_shown_in_it() {
 
 #[test]
 fn a_side_file_makes_its_block_again_bit_for_bit_on_any_number_of_threads() {
-    for options in ["--rim 10mm,-3mm --mark 3mm --origin stock-top", "--preset torch-on-table", "--preset wall-mirror"]
-    {
+    for options in ["--rim 10mm,1mm --mark 3mm --origin stock-top", "--preset torch-on-table", "--preset wall-mirror"] {
         let shop = Workshop::new();
         let made = shop
             .run(&format!("design picture.png --nodes 49 {options} -o block.stl -o block.step --height-map block.exr"));
@@ -243,12 +242,12 @@ fn a_design_that_would_not_fit_into_memory_is_refused_with_a_remedy() {
     let said = |line: &str| {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("glasswarp"));
         let output =
-            command.args(line.split(' ')).current_dir(shop.root()).env("GLASSWARP_MEMORY", "30").output().unwrap();
+            command.args(line.split(' ')).current_dir(shop.root()).env("GLASSWARP_MEMORY", "48").output().unwrap();
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     let (code, text) = said("design picture.png --nodes 257 -o b.stl");
     assert_eq!(code, Some(REFUSED), "{text}");
-    for words in ["30 MB are free", "--nodes 1", "--no-verify", "--ignore-memory"] {
+    for words in ["48 MB are free", "--nodes 1", "--no-verify", "--ignore-memory"] {
         assert!(text.contains(words), "'{words}' is not in\n{text}");
     }
     assert!(!shop.files().contains(&"b.stl".to_owned()));

@@ -20,7 +20,7 @@ use std::path::Path;
 /// What the shop has.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct List {
+pub(crate) struct List {
     cutter: Vec<Entry>,
 }
 
@@ -55,7 +55,13 @@ const STEP_OVERS_MM: [f64; 9] = [0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.035,
 
 impl List {
     fn read(path: &Path) -> Result<Self, Failure> {
-        let list: Self = toml_file::read(path, "list of cutters")?;
+        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
+        Self::parse(&text, path)
+    }
+
+    /// The same from memory; `path` is its name.
+    pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, Failure> {
+        let list: Self = toml_file::parse(text, path, "list of cutters")?;
         if list.cutter.is_empty() {
             return Err(Failure::Usage(format!("{} names no cutter", path.display())));
         }

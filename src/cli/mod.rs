@@ -14,6 +14,9 @@ mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod found_page;
+#[cfg(test)]
+mod hostile_toml;
 mod imperfect;
 mod json;
 mod judge;
@@ -34,6 +37,7 @@ mod sweep;
 mod tolerance;
 mod toml_file;
 mod verify;
+mod white;
 mod workpiece;
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -45,17 +49,15 @@ const EXAMPLE: &str = "\
 Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
   glasswarp check portrait.stl --cutter ball:3mm --step-over 0.1mm
-  glasswarp verify portrait.stl --target portrait.png
-";
+  glasswarp verify portrait.stl --target portrait.png";
 
 const CLOSING: &str = "\
-Lengths take mm, cm, m or in; a bare number is mm. 'glasswarp COMMAND --help' tells all of a command.
+Lengths take mm, cm, m or in; a bare number is mm.
 Exit codes: 0 fine, 1 file or internal error, 2 refused: senseless or against physics,
 3 a check or verification fell short, 4 the mesh is no closed solid.";
 
 const TEMPLATE: &str = "\
-{before-help}
-{about}
+{before-help}{about}
 
 {usage-heading} {usage}
 
@@ -63,13 +65,11 @@ Commands:
 {subcommands}
 
 Options:
-{options}
-
-{after-help}";
+{options}{after-help}";
 
 /// Turns a picture into a block of glass whose light draws that picture.
 #[derive(Parser)]
-#[command(name = "glasswarp", version, before_help = EXAMPLE, after_help = CLOSING, help_template = TEMPLATE, max_term_width = 120)]
+#[command(name = "glasswarp", version, before_help = EXAMPLE, after_help = CLOSING, help_template = TEMPLATE, max_term_width = 120, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -200,7 +200,7 @@ impl BlockTracer {
     /// Whether the exit face reaches over a point.
     #[inline]
     fn is_below(&self, at: DVec2) -> bool {
-        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all()
+        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all() && self.block.covers(at)
     }
 
     /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else it was lost.

@@ -90,6 +90,9 @@ impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
     pub(in crate::trace) fn path_at(&self, at: DVec2) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even {
             return self.path(at);
         }
@@ -105,6 +108,9 @@ impl BlockTracer {
     /// the dice make them.
     #[inline]
     pub(in crate::trace) fn followed_at(&self, at: DVec2, dice: &Dice) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even && self.imperfect.is_none() {
             return self.path(at);
         }
@@ -150,6 +156,9 @@ impl BlockTracer {
     /// The face above a point of its plan, in the light of these rays. None where it faces away from them.
     #[inline]
     fn lit(&self, rays: Rays, at: DVec2) -> Option<Lit> {
+        if !self.block.covers(at) {
+            return None;
+        }
         let (point, facing, normal) = self.face_above(at);
         let arrival = self.illumination.at(rays, point)?;
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
@@ -200,6 +209,9 @@ impl BlockTracer {
             return self.meets_the_rim(point, -direction);
         }
         let entered = entered.truncate();
+        if !block.is_rectangular() {
+            return !block.covers(entered);
+        }
         if within(entered, (block.lower, block.upper)) {
             return false;
         }
