@@ -8,6 +8,12 @@
 //!
 //! The verifier (`glasswarp-verify`) starts at the other end: it opens the files, and knows nothing of what made them.
 //!
+//! A picture in memory becomes a file for the shop:
+//!
+//! ```rust
+#![doc = include_str!("../examples/design_from_memory.rs")]
+//! ```
+//!
 //! # Frame, units, signs
 //!
 //! Millimetres and radians, a right-handed frame. Light travels along `+z`. The planar entry face lies at a constant
@@ -17,6 +23,44 @@
 //! that order once, where it becomes a [`target::TargetIrradiance`], and back once, where it is shown.
 //!
 //! Irradiance is linear and has the mean 1.
+//!
+//! # To read in this order
+//!
+//! 1. [`target`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
+//! 2. [`bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
+//!    reflection at one face; [`materials`]: indices.
+//! 3. [`solver`]: what every solver takes and gives. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
+//!    as the paper prints it. [`optim`] and [`grid`] are their tools, [`forward`] closes their loops.
+//! 4. [`surface`]: heights, their spline, and [heights from normals](#heights-from-normals-alone).
+//! 5. [`pipeline`]: all of this in one call; [`memory`]: what it will take.
+//! 6. [`solid`]: the closed block; [`export`]: its files, which appear whole or not at all.
+//! 7. [`fabricate`]: cutters and polish in simulation; [`report`]: pictures of what was found.
+//!
+//! The package `glasswarp-verify` opens the files and [traces light through them](#light-through-any-mesh).
+//!
+//! # Light of your own
+//!
+//! ```rust
+#![doc = include_str!("../examples/custom_irradiance.rs")]
+//! ```
+//!
+//! # Light through any mesh
+//!
+//! ```rust
+#![doc = include_str!("../examples/verify_mesh.rs")]
+//! ```
+//!
+//! # Heights from normals alone
+//!
+//! ```rust
+#![doc = include_str!("../examples/integrate_normals.rs")]
+//! ```
+//!
+//! # Guarantees
+//!
+//! Every result is the same bits for any number of threads. Nothing that a caller passes makes the library panic, but what a
+//! `# Panics` section names. Errors are enums beside their stage, with the offending value, its limit and the remedy; most may grow
+//! (`non_exhaustive`). Stages are told to [`tracing`](https://docs.rs/tracing), which costs nothing as long as nobody listens.
 
 pub mod bench;
 pub mod export;
@@ -25,6 +69,7 @@ pub mod forward;
 pub mod grid;
 pub mod light;
 pub mod materials;
+pub mod memory;
 pub mod optics;
 pub mod optim;
 pub mod pipeline;

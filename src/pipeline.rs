@@ -116,7 +116,9 @@ pub fn design_shaped(
     (stock, shape): (Stock, Shape),
     progress: &dyn Progress,
 ) -> Result<Block, DesignError> {
-    let solution = solver.solve(target, bench, nodes, progress)?;
+    let span = tracing::info_span!("solve", nx = nodes.0, ny = nodes.1);
+    let solution = span.in_scope(|| solver.solve(target, bench, nodes, progress))?;
+    let _span = tracing::info_span!("close the solid").entered();
     check_light_leaves(&solution.surface, bench)?;
     let solid = Solid::shaped(&solution.surface, stock, shape)?;
     Ok(Block { surface: solution.surface, solid, light: solution.light, summary: solution.summary })

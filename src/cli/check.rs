@@ -2,8 +2,9 @@
 
 use super::{
     bench::exit_face_in_words,
+    console::{self, say},
     error::Failure,
-    judge,
+    json, judge,
     length::Length,
     plan::Plan,
     progress::TerminalProgress,
@@ -12,6 +13,7 @@ use super::{
     tolerance::{self, ToleranceArgs},
     workpiece::{Workpiece, surface_of},
 };
+use anstyle::AnsiColor;
 use glam::{DVec2, DVec3};
 use glasswarp::{
     bench::{Bench, ExitFace},
@@ -119,7 +121,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let shape = Shape::of(&subject.surface);
     let lines = lines(args, &subject, &shape, &pass, &polish);
     let extent = subject.surface.extent();
-    println!(
+    say!(
         "{}: {:.2} x {:.2} mm, {}, receiver at {} mm; {}, rows {} mm apart",
         args.block.display(),
         extent.width_mm,
@@ -130,18 +132,32 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         args.step_over.mm
     );
     for Line { passed, what, says } in &lines {
-        println!("  {}  {what:<11} {says}", if *passed { "ok  " } else { "FAIL" });
+        let (word, colour) = if *passed { ("ok  ", AnsiColor::Green) } else { ("FAIL", AnsiColor::Red) };
+        say!("  {}  {what:<11} {says}", console::coloured(word, colour));
     }
     let mut pictures = maps(args, &subject, &shape);
     let traced = piece.as_ref().map(|piece| tolerance::run(&args.tolerance, piece)).transpose();
-    if let Ok(Some(traced)) = &traced {
+    if let Ok(Some((traced, _))) = &traced {
         pictures.extend(traced.iter().cloned());
     }
+    let failed: Vec<&str> = lines.iter().filter(|line| !line.passed).map(|line| line.what).collect();
+    console::result(json::Result::Check(json::Check {
+        file: args.block.display().to_string(),
+        makeable: failed.is_empty(),
+        lines: lines
+            .iter()
+            .map(|Line { passed, what, says }| json::CheckLine {
+                what: (*what).to_owned(),
+                passed: *passed,
+                says: says.clone(),
+            })
+            .collect(),
+        tolerances: traced.as_ref().ok().and_then(|traced| traced.as_ref()).map(|(_, found)| found.clone()),
+    }));
     if let Some(output) = &args.output {
         report::write_png(output, &report::contact_sheet(&pictures, 3, 420)).map_err(Failure::writing)?;
     }
     traced?;
-    let failed: Vec<&str> = lines.iter().filter(|line| !line.passed).map(|line| line.what).collect();
     if failed.is_empty() {
         return Ok(());
     }

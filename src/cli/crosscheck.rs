@@ -2,17 +2,23 @@
 
 use super::{
     bench::{exit_face_in_words, exit_face_of, scene_of},
+    console::{self, say, say_part},
     diagnosis,
     error::Failure,
+    json,
     judge::open_block,
     length::Length,
+    progress::TerminalProgress,
     side_file::SideFile,
 };
 use clap::ValueEnum;
 use glam::DVec2;
+use glasswarp::solver::Progress;
 use glasswarp_verify::{
     Image, Optics,
-    crosscheck::{CrosscheckError, Distances, ImageAgreement, Job, MapAgreement, PERCENTILES, Renderer, Study},
+    crosscheck::{
+        CrosscheckError, Distances, ImageAgreement, ImageLevel, Job, MapAgreement, PERCENTILES, Renderer, Study,
+    },
     picture,
 };
 use std::{
@@ -94,7 +100,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let side = SideFile::of_block(&args.block, args.bench.as_deref(), "")?;
     let (mesh, block) = open_block(&args.block, side.origin_of(&args.block))?;
     for suspicion in diagnosis::of_dimensions(&block, &side.bench) {
-        eprintln!("warning: {suspicion}");
+        console::warn(suspicion);
     }
     let renderer = match args.with {
         RendererName::Povray => Renderer::PovRay,
@@ -119,13 +125,20 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     };
     (scene.window.nx, scene.window.ny) = pixels(scene.window.size_mm);
     let study = Study::new(&mesh, &block, &scene).map_err(Failure::refused)?;
-    println!(
+    say!(
         "{} seen by the verifier and by {}, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         renderer.name(),
         exit_face_in_words(exit_face_of(&scene)),
         scene.distance_mm
     );
+    let found = json::Crosscheck {
+        renderer: renderer.name().to_owned(),
+        scene: folder.display().to_string(),
+        map: None,
+        image: Vec::new(),
+    };
+    console::result(json::Result::Crosscheck(found.clone()));
     match args.mode {
         Mode::Map => {
             let (nx, ny) = pixels(block.size_mm());
@@ -136,6 +149,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             }
             let agreement = study.compare_map(&job, &ours).map_err(failed)?;
             print_map(&agreement, job.quantum_mm());
+            console::result(json::Result::Crosscheck(json::Crosscheck { map: Some(map_to_json(&agreement)), ..found }));
             demand_map(&agreement, args.max_difference)
         }
         Mode::Image => {
@@ -147,6 +161,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             let (agreement, theirs) = study.compare_image(&job, &ours).map_err(failed)?;
             write_images(&folder, &ours, &theirs)?;
             print_image(&agreement);
+            console::result(json::Result::Crosscheck(json::Crosscheck { image: levels(&agreement), ..found }));
             demand_image(&agreement, args.max_difference)
         }
     }
@@ -154,33 +169,57 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
 
 /// Renders, unless only the scene was asked for.
 fn rendered(args: &CrosscheckArgs, job: &Job) -> Result<bool, Failure> {
-    println!("  scene          {} (README.txt there says how to run it by hand)", job.folder().display());
+    say!("  scene          {} (README.txt there says how to run it by hand)", job.folder().display());
     if args.write_only {
         for command in job.commands() {
-            println!("  to render      {command}");
+            say!("  to render      {command}");
         }
         return Ok(false);
     }
+    let progress = TerminalProgress::new();
+    progress.begin("rendering", 0);
     job.run(args.program.as_deref()).map_err(failed)?;
+    progress.finish();
     Ok(true)
 }
 
+fn map_to_json(agreement: &MapAgreement) -> json::MapAgreement {
+    let distances =
+        |d: &Distances| json::Distances { rms_mm: json::finite(d.rms_mm), worst_mm: json::finite(d.worst_mm) };
+    json::MapAgreement {
+        rays: agreement.rays,
+        contested: agreement.contested,
+        smooth: distances(&agreement.smooth),
+        spline: distances(&agreement.spline),
+    }
+}
+
+fn levels(agreement: &ImageAgreement) -> Vec<json::ImageLevel> {
+    let level = |level: &ImageLevel| json::ImageLevel {
+        pixels: level.pixels,
+        rel_rms: json::finite(level.rel_rms),
+        noise: json::finite(level.noise),
+        without_noise: json::finite(level.without_noise),
+    };
+    agreement.levels.iter().map(level).collect()
+}
+
 fn print_map(agreement: &MapAgreement, quantum_mm: f64) {
-    println!("  rays           {} land by both, {} by one of them only", agreement.rays, agreement.contested);
-    print!("\nDistance between landing points, um     rms");
-    PERCENTILES.iter().for_each(|p| print!(" {:>8}", format!("{p} %")));
-    println!("    worst");
+    say!("  rays           {} land by both, {} by one of them only", agreement.rays, agreement.contested);
+    say_part!("\nDistance between landing points, um     rms");
+    PERCENTILES.iter().for_each(|p| say_part!(" {:>8}", format!("{p} %")));
+    say!("    worst");
     let line = |name: &str, d: &Distances| {
-        print!("  {name:<32} {:>8.2}", 1e3 * d.rms_mm);
-        d.percentiles_mm.iter().for_each(|mm| print!(" {:>8.2}", 1e3 * mm));
-        println!(" {:>8.2}", 1e3 * d.worst_mm);
+        say_part!("  {name:<32} {:>8.2}", 1e3 * d.rms_mm);
+        d.percentiles_mm.iter().for_each(|mm| say_part!(" {:>8.2}", 1e3 * mm));
+        say!(" {:>8.2}", 1e3 * d.worst_mm);
     };
     line("same normals, interpolated", &agreement.smooth);
     line("the spline surface", &agreement.spline);
     let shift = 1e3 * agreement.smooth.shift_mm;
-    println!("  mean shift of the renderer's picture: ({:.3}, {:.3}) um", shift.x, shift.y);
+    say!("  mean shift of the renderer's picture: ({:.3}, {:.3}) um", shift.x, shift.y);
     if quantum_mm > 0.0 {
-        println!("  the renderer's picture has steps of {:.2} um", 1e3 * quantum_mm);
+        say!("  the renderer's picture has steps of {:.2} um", 1e3 * quantum_mm);
     }
 }
 
@@ -200,16 +239,17 @@ fn demand_map(agreement: &MapAgreement, limit: Option<f64>) -> Result<(), Failur
 }
 
 fn print_image(agreement: &ImageAgreement) {
-    println!("\nRelative RMS difference    one run   its noise   without noise");
+    say!("\nRelative RMS difference    one run   its noise   without noise");
     for level in &agreement.levels {
         let pixels = format!("at {} pixels across", level.pixels);
-        println!("  {pixels:<24} {:>8.4} {:>11.4} {:>15.4}", level.rel_rms, level.noise, level.without_noise);
+        say!("  {pixels:<24} {:>8.4} {:>11.4} {:>15.4}", level.rel_rms, level.noise, level.without_noise);
     }
-    println!("  over the inner nine tenths of the window, all images normalised to the mean 1");
+    say!("  over the inner nine tenths of the window, all images normalised to the mean 1");
     if agreement.black > 0 {
-        println!(
+        say!(
             "  {} of {} pixels are black in the renderer's picture only, and were left out",
-            agreement.black, agreement.pixels
+            agreement.black,
+            agreement.pixels
         );
     }
 }

@@ -1,10 +1,12 @@
 //! The cheapest of many cutters and step-overs that still draws the picture.
 
 use super::{
+    console::say,
     error::Failure,
     length::Length,
     mill::{mill, polished},
     progress::TerminalProgress,
+    toml_file,
     workpiece::{Workpiece, look_at_scallops},
 };
 use glasswarp::{
@@ -18,7 +20,7 @@ use std::path::Path;
 /// What the shop has.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct List {
+pub(crate) struct List {
     cutter: Vec<Entry>,
 }
 
@@ -54,8 +56,12 @@ const STEP_OVERS_MM: [f64; 9] = [0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.035,
 impl List {
     fn read(path: &Path) -> Result<Self, Failure> {
         let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let list: Self = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no list of cutters:\n{error}", path.display())))?;
+        Self::parse(&text, path)
+    }
+
+    /// The same from memory; `path` is its name.
+    pub(crate) fn parse(text: &str, path: &Path) -> Result<Self, Failure> {
+        let list: Self = toml_file::parse(text, path, "list of cutters")?;
         if list.cutter.is_empty() {
             return Err(Failure::Usage(format!("{} names no cutter", path.display())));
         }
@@ -75,8 +81,8 @@ pub(crate) fn cheapest(path: &Path, piece: &Workpiece, wish: &Wish) -> Result<Pa
     let list = List::read(path)?;
     let progress = TerminalProgress::new();
     progress.begin("trying cutters", list.cutter.len());
-    println!("Cutters of {} for a relative RMS error of {}:", path.display(), wish.error);
-    println!("  {:<28} {:>10} {:>10} {:>10} {:>9}", "cutter", "step-over", "error", "way m", "minutes");
+    say!("Cutters of {} for a relative RMS error of {}:", path.display(), wish.error);
+    say!("  {:<28} {:>10} {:>10} {:>10} {:>9}", "cutter", "step-over", "error", "way m", "minutes");
     let mut chosen: Option<(f64, Pass)> = None;
     let mut least = f64::INFINITY;
     for (k, entry) in list.cutter.iter().enumerate() {
@@ -111,19 +117,19 @@ pub(crate) fn cheapest(path: &Path, piece: &Workpiece, wish: &Wish) -> Result<Pa
             Some((step_over, error)) => {
                 let cost = pass(step_over).cost(piece.surface.extent());
                 let minutes = cost.minutes(entry.feed.mm);
-                println!("  {name:<28} {step_over:>10} {error:>10.4} {:>10.1} {minutes:>9.0}", 1e-3 * cost.length_mm);
+                say!("  {name:<28} {step_over:>10} {error:>10.4} {:>10.1} {minutes:>9.0}", 1e-3 * cost.length_mm);
                 if chosen.is_none_or(|(least, _)| minutes < least) {
                     chosen = Some((minutes, pass(step_over)));
                 }
             }
-            None => println!("  {name:<28} {:>10}", "none"),
+            None => say!("  {name:<28} {:>10}", "none"),
         }
         progress.advance(k + 1);
     }
     progress.finish();
     match chosen {
         Some((_, pass)) => {
-            println!("Cheapest: {}, {} mm from row to row.\n", pass.cutter, pass.step_over_mm);
+            say!("Cheapest: {}, {} mm from row to row.\n", pass.cutter, pass.step_over_mm);
             Ok(pass)
         }
         None => Err(Failure::FellShort(format!(

@@ -3,21 +3,26 @@
 use super::{
     bench::{exit_face_in_words, light_in_words, receiver_in_words},
     budget,
+    console::{self, say},
     error::Failure,
     finish::Finished,
+    imperfect::Seen,
+    json, memory,
     opinion::{Opinion, draw_weakness},
     page::{self, DesignPage},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
     side_file::{self, BenchRecord},
+    toml_file,
 };
 use glasswarp::{
-    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
     solid::Origin,
+    solver::Progress,
 };
 use rayon::prelude::*;
 use std::{
@@ -53,6 +58,10 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
 
+    /// Take more memory than this machine has free, if it must be
+    #[arg(long)]
+    ignore_memory: bool,
+
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
     no_verify: bool,
@@ -66,8 +75,19 @@ pub(crate) struct DesignArgs {
     no_report: bool,
 }
 
+impl DesignArgs {
+    pub(crate) fn is_verified(&self) -> bool {
+        !self.no_verify
+    }
+
+    pub(crate) fn ignores_memory(&self) -> bool {
+        self.ignore_memory
+    }
+}
+
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let (plan, outputs) = plan(args)?;
+    let expected = memory::check(&plan, &outputs, args)?;
     let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
@@ -75,25 +95,32 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
+    progress.begin("writing files", 0);
     let notes = write_files(&plan, &outputs, &block, args.height_map_cutter)?;
     // The way of a tip is no face that light could be traced through.
     let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
-    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block)?) };
-    let pictures = match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block)?,
-        None => draw_weakness(&plan, &outputs[0], &block)?,
+    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block, &progress)?) };
+    progress.begin("drawing", 0);
+    let draw = || match &opinion {
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &block),
+        None => draw_weakness(&plan, &outputs[0], &block),
     };
-    if let Some(path) = &report {
+    let write_page = || {
         let opinion = opinion.as_ref();
-        DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved }.write(path)?;
-    }
+        let page = DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved };
+        report.as_ref().map_or(Ok(()), |path| page.write(path))
+    };
+    let (pictures, written) = rayon::join(draw, write_page);
+    progress.finish();
+    let pictures = pictures?;
+    written?;
     print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
-        println!("  pictures       {}", list(&pictures));
+        say!("  pictures       {}", list(&pictures));
     }
     if let Some(path) = &report {
-        println!("  report         {}", path.display());
+        say!("  report         {}", path.display());
     }
     if let Some(opinion) = &opinion {
         opinion.judgement.print();
@@ -102,13 +129,40 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         opinion.seen.iter().for_each(|seen| seen.print(&plan.settings));
     }
     for warning in &block.summary.warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
+    console::result(json::Result::Design(Box::new(json::Design {
+        files: json::texts(&outputs),
+        pictures: json::texts(&[pictures, report.into_iter().collect()].concat()),
+        block: json::Block::of(&plan, &block),
+        bench: json::Bench::of(&plan.bench),
+        solver: solver_to_json(&plan, &block, solved),
+        notes,
+        judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
+        budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
+        finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
+        imperfect: opinion.as_ref().and_then(|opinion| opinion.seen.as_ref()).map(Seen::to_json),
+        expected_memory: expected.0,
+    })));
     opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
         (Some(seen), _) => seen.demand(args.max_error),
         (None, Some(finished)) => finished.demand(args.max_error),
         (None, None) => opinion.judgement.demand(args.max_error),
     })
+}
+
+fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
+    json::Solver {
+        name: name_of(plan.solver),
+        iterations: block.summary.iterations(),
+        seconds: solved.as_secs_f64(),
+        levels_at_limit: levels_at_limit(block),
+        notes: block.summary.notes.clone(),
+    }
+}
+
+fn levels_at_limit(block: &Block) -> usize {
+    block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
 }
 
 fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
@@ -126,7 +180,17 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         export::probe(output).map_err(Failure::writing)?;
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
-    let plan = Plan::new(picture, settings)?;
+    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
+    if !plan.bench.contour().is_rectangle() {
+        if outputs.iter().any(|output| matches!(Format::from_path(output), Ok(Format::Step))) {
+            return Err(Failure::refused(ExportError::StepOutline));
+        }
+        if args.height_map_cutter.is_some() || plan.settings.finish.is_some() {
+            return Err(Failure::Usage(
+                "cutters and finishes are simulated on rectangular blocks only: take --outline rectangle".into(),
+            ));
+        }
+    }
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -227,15 +291,15 @@ fn height_map_note(output: &Path, map: &HeightMap) -> String {
 /// Prints what was made.
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
-    println!("{}", list(outputs));
-    println!(
+    say!("{}", list(outputs));
+    say!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
         solid.surface().extent().width_mm,
         solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,
         exit_face_in_words(bench.exit_face())
     );
-    println!(
+    say!(
         "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
         block.surface.relief_mm(),
         solid.thinnest_mm(),
@@ -244,7 +308,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     );
     if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
         let stock = solid.stock_extent();
-        println!(
+        say!(
             "  rim            {} mm wide, its plane {:.2} mm above the entry face; {:.2} x {:.2} mm in all",
             rim.width_mm,
             z - solid.entry_z_mm(),
@@ -254,7 +318,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     }
     let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
     if skirt > 0.0 {
-        println!(
+        say!(
             "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
              cover it for a picture without a glow around it",
             bench.block().width_mm,
@@ -262,28 +326,28 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         );
     }
     if solid.shape().origin != Origin::Exit {
-        println!("  origin         {}", solid.shape().origin.place());
+        say!("  origin         {}", solid.shape().origin.place());
     }
-    println!("  light          {}", light_in_words(bench));
-    println!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    say!("  light          {}", light_in_words(bench));
+    say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
     plan.intent.print();
-    let stopped = block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count();
+    let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
     } else {
         String::new()
     };
-    println!(
+    say!(
         "  solver         {}, {} iterations, {:.2} s{limit}",
         name_of(plan.solver),
         block.summary.iterations(),
         solved.as_secs_f64()
     );
     for note in &block.summary.notes {
-        println!("                 {note}");
+        say!("                 {note}");
     }
     for note in notes {
-        println!("  {note}");
+        say!("  {note}");
     }
 }
 

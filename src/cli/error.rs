@@ -1,5 +1,6 @@
+use super::json;
 use glasswarp::export::ExportError;
-use std::{error::Error, io, path::Path, process::ExitCode};
+use std::{error::Error, io, path::Path};
 
 /// What ends a command early. The kind decides the exit code.
 #[derive(Debug, thiserror::Error)]
@@ -63,19 +64,43 @@ impl Failure {
         }
     }
 
-    /// Prints what happened and why, and gives the exit code: 1 input, output or internal, 2 usage, 3 fell short, 4 mesh.
-    pub(crate) fn report(&self) -> ExitCode {
-        eprintln!("error: {self}");
-        let mut cause = self.source();
-        while let Some(error) = cause {
-            eprintln!("  because: {error}");
-            cause = error.source();
-        }
-        ExitCode::from(match self {
+    /// The exit code: 1 input, output or internal, 2 usage, 3 fell short, 4 mesh.
+    pub(crate) fn code(&self) -> u8 {
+        match self {
             Self::Io { .. } | Self::Write(_) => 1,
             Self::Usage(_) | Self::Refused(_) => 2,
             Self::FellShort(_) => 3,
             Self::InvalidMesh { .. } => 4,
-        })
+        }
+    }
+
+    /// The kind, for programs.
+    pub(crate) fn kind(&self) -> json::FaultKind {
+        match self {
+            Self::Io { .. } | Self::Write(_) => json::FaultKind::File,
+            Self::Usage(_) | Self::Refused(_) => json::FaultKind::Refused,
+            Self::FellShort(_) => json::FaultKind::FellShort,
+            Self::InvalidMesh { .. } => json::FaultKind::InvalidMesh,
+        }
+    }
+
+    /// Why it happened, the nearest cause first.
+    pub(crate) fn causes(&self) -> Vec<String> {
+        let mut causes = Vec::new();
+        let mut cause = self.source();
+        while let Some(error) = cause {
+            causes.push(error.to_string());
+            cause = error.source();
+        }
+        causes
+    }
+
+    /// The same failure with more to read after its own words, such as the places that it speaks of.
+    pub(crate) fn with_places(self, places: &str) -> Self {
+        match self {
+            Self::Usage(what) => Self::Usage(what + places),
+            Self::Refused(error) if !places.is_empty() => Self::Usage(format!("{error}{places}")),
+            other => other,
+        }
     }
 }

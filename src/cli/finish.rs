@@ -1,8 +1,10 @@
 //! What happens to a face after it was designed, as a person writes it.
 
 use super::{
+    console::say,
     error::Failure,
-    judge::{Examiner, Subject},
+    json,
+    judge::{Examiner, Subject, demand_rectangle},
     length::Length,
     mill::{mill, polished},
     workpiece::{View, look, look_at_scallops, surface_of},
@@ -37,6 +39,7 @@ impl Finished {
             return Err(Failure::Usage("only a block can be finished".into()));
         };
         let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
+        demand_rectangle(block)?;
         let design = surface_of(block);
         let cut = match (plan.cutter, plan.step_over_mm) {
             (Some(cutter), Some(step_over_mm)) => Some(mill(&design, &Pass::finishing(cutter, step_over_mm))?),
@@ -58,14 +61,23 @@ impl Finished {
         Ok(Self { plan, view, off })
     }
 
+    /// The same for programs.
+    pub(crate) fn to_json(&self) -> json::Finished {
+        json::Finished {
+            rel_rms: json::finite(self.view.metrics.rel_rms),
+            ssim: json::finite(self.view.metrics.ssim),
+            if_off: self.off.map(|off| off.map(json::finite)),
+        }
+    }
+
     /// Prints what the picture is then, and what it was designed to bear.
     pub(crate) fn print(&self) {
-        println!("\nAfter the finish ({}), which it is designed for", self.plan);
-        println!("  relative RMS   {:.4}", self.view.metrics.rel_rms);
-        println!("  SSIM           {:.4}", self.view.metrics.ssim);
+        say!("\nAfter the finish ({}), which it is designed for", self.plan);
+        say!("  relative RMS   {:.4}", self.view.metrics.rel_rms);
+        say!("  SSIM           {:.4}", self.view.metrics.ssim);
         if let (Some(polish), Some([weaker, stronger])) = (self.plan.polish, self.off) {
-            println!("  if it is off   {weaker:.4} a tenth weaker, {stronger:.4} a tenth stronger");
-            println!(
+            say!("  if it is off   {weaker:.4} a tenth weaker, {stronger:.4} a tenth stronger");
+            say!(
                 "  noise limit    no wave is cut more than {} times as high as it shall be; those below {:.3} mm are given up",
                 polish.most_gain(),
                 polish.shortest_wave_mm()

@@ -4,7 +4,9 @@
 use super::{
     angle::Angle,
     bench::bench_of,
+    console::say,
     error::Failure,
+    json,
     judge::{self, Examiner, Subject},
     length::Length,
     progress::TerminalProgress,
@@ -263,9 +265,10 @@ impl Intent {
     pub(crate) fn print(&self) {
         if let Some(psf) = &self.psf {
             let by = psf.deviation_mm();
-            println!(
+            say!(
                 "  spread         {:.3} mm along x, {:.3} mm along y (standard deviation on the receiver)",
-                by.x, by.y
+                by.x,
+                by.y
             );
         }
         if let Some(done) = &self.deconvolved {
@@ -274,21 +277,22 @@ impl Intent {
                 Ending::Stalled => "more gain nothing",
                 Ending::Rounds => "all that were asked for",
             };
-            println!(
+            say!(
                 "  deconvolution  {} rounds ({ending}): relative RMS {:.4} instead of {:.4} expected, {:.1} % of the light beside the window",
                 done.rounds,
                 done.error_after,
                 done.error_before,
                 100.0 * done.lost
             );
-            println!(
+            say!(
                 "                 contrast of the light to draw {:.0}, of the picture {:.0}",
-                done.contrast_after, done.contrast_before
+                done.contrast_after,
+                done.contrast_before
             );
         }
         if let Some(mesh) = &self.mesh {
             let ((nx, ny), (front, back)) = (mesh.size(), mesh.sides());
-            println!(
+            say!(
                 "  caustic mesh   {} x {} quads, {front} with their front to the block, {back} turned over",
                 nx - 1,
                 ny - 1
@@ -351,6 +355,16 @@ impl Seen {
         self.error.map_or(self.metrics.rel_rms, |error| error.rel_rms())
     }
 
+    /// The same for programs.
+    pub(crate) fn to_json(&self) -> json::Imperfect {
+        json::Imperfect {
+            rel_rms: json::finite(self.rel_rms()),
+            rel_rms_error: self.error.and_then(|error| json::finite(error.rel_rms_error())),
+            ssim: json::finite(self.metrics.ssim),
+            photons: self.photons,
+        }
+    }
+
     /// Prints what is seen.
     pub(crate) fn print(&self, settings: &Settings) {
         let parts = [
@@ -359,14 +373,14 @@ impl Seen {
             settings.psf.as_ref().map(|speck| format!("spread as {}", speck.path.display())),
         ];
         let light = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
-        println!("\nIn the light that there is ({light}; {} x {} pixels)", self.image.nx, self.image.ny);
+        say!("\nIn the light that there is ({light}; {} x {} pixels)", self.image.nx, self.image.ny);
         match self.error {
-            Some(error) => println!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error()),
-            None => println!("  relative RMS   {:.4}", self.metrics.rel_rms),
+            Some(error) => say!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error()),
+            None => say!("  relative RMS   {:.4}", self.metrics.rel_rms),
         }
-        println!("  SSIM           {:.4}", self.metrics.ssim);
+        say!("  SSIM           {:.4}", self.metrics.ssim);
         if self.photons > 0 {
-            println!(
+            say!(
                 "  photons        {:.1} million; their noise is {:.3} of the mean, which the SSIM suffers from",
                 self.photons as f64 / 1e6,
                 self.noise

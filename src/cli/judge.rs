@@ -1,6 +1,6 @@
 //! Opens a solid, looks at the light that comes through it, and compares it with the picture.
 
-use super::error::Failure;
+use super::{console::say, error::Failure, json};
 use glam::{DVec2, DVec3};
 use glasswarp::{
     grid::Field,
@@ -68,6 +68,7 @@ impl Subject {
 
 /// Reads a mesh file.
 pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
+    let _span = tracing::info_span!("read back", file = %path.display()).entered();
     load::read(path).map_err(|error| {
         let what = format!("{} is no readable mesh", path.display());
         match error {
@@ -82,7 +83,20 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
 pub(crate) fn open_block(path: &Path, origin: DVec3) -> Result<(Mesh, Block), Failure> {
     let mesh = read(path)?.moved(origin);
     let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
+    demand_rectangle(&block)?;
     Ok((mesh, block))
+}
+
+/// What is done to rectangular blocks only was asked of another.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error(
+    "this block is not rectangular: checks, milling, finishes and other renderers take rectangular blocks only (--outline rectangle); `glasswarp verify` takes any"
+)]
+struct NotRectangular;
+
+/// Refuses a block that is not rectangular.
+pub(crate) fn demand_rectangle(block: &Block) -> Result<(), Failure> {
+    if block.is_rectangular() { Ok(()) } else { Err(Failure::refused(NotRectangular)) }
 }
 
 fn not_a_block(path: &Path, error: BlockError) -> Failure {
@@ -97,8 +111,8 @@ pub(crate) struct Examiner {
     wanted: Option<Image>,
 }
 
-/// Beams per pixel along each side. The image of a photograph is then within 0.0015 of that of infinitely many.
-const BEAMS_PER_PIXEL: usize = 6;
+/// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of infinitely many.
+const BEAMS_PER_PIXEL: usize = 4;
 
 /// Beams across a solid that is no block, at least.
 const LEAST_BEAMS: usize = 1024;
@@ -202,8 +216,18 @@ pub(crate) struct Verdict {
 /// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
 /// lattice of the beams.
 pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Result<Judgement, Failure> {
-    let seen = examiner.look(subject, examiner.surface_of(subject), Geometry::Displaced)?;
-    let tally = photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)?;
+    // The photons' search structure is built on one core.
+    let (seen, tally) = rayon::join(
+        || {
+            let _span = tracing::info_span!("trace beams").entered();
+            examiner.look(subject, examiner.surface_of(subject), Geometry::Displaced)
+        },
+        || {
+            let _span = tracing::info_span!("trace photons", photons = plan.photons).entered();
+            photons(&subject.tracer(&examiner.scene_for(subject))?, plan).map_err(Failure::refused)
+        },
+    );
+    let (seen, tally) = (seen?, tally?);
     let verdict = match (examiner.compare(&seen.image)?, examiner.wanted()) {
         (Some(metrics), Some(wanted)) => {
             Some(Verdict { metrics, photons: tally.error_against(wanted).map_err(Failure::refused)? })
@@ -227,28 +251,44 @@ impl Judgement {
         Failure::unless_within(limit, verdict.metrics.rel_rms, "the caustic's", "")
     }
 
+    /// The judgement for programs.
+    pub(crate) fn to_json(&self) -> json::Judgement {
+        let pixel_mm = self.window_mm.x / self.caustic.nx as f64;
+        json::Judgement {
+            pixels: [self.caustic.nx, self.caustic.ny],
+            picture: self
+                .verdict
+                .as_ref()
+                .map(|verdict| json::Picture::of(&verdict.metrics, pixel_mm, verdict.photons.rel_rms())),
+            photons: self.photon_count,
+            photons_differ: json::finite(self.between.rel_rms()),
+            photons_differ_error: json::finite(self.between.rel_rms_error()),
+            light: (&self.flux).into(),
+        }
+    }
+
     /// Prints the judgement for people.
     pub(crate) fn print(&self) {
         let (nx, ny) = (self.caustic.nx, self.caustic.ny);
         let millions = self.photon_count as f64 / 1e6;
         if let Some(Verdict { metrics: m, photons }) = &self.verdict {
-            println!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
-            println!("  relative RMS   {:.4}", m.rel_rms);
-            println!("  PSNR           {:.1} dB", m.psnr_db);
-            println!("  SSIM           {:.4}", m.ssim);
+            say!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
+            say!("  relative RMS   {:.4}", m.rel_rms);
+            say!("  PSNR           {:.1} dB", m.psnr_db);
+            say!("  SSIM           {:.4}", m.ssim);
             let [edge, edge_wanted] = m.edge_width_mm(self.window_mm.x / nx as f64);
             if edge_wanted.is_finite() {
-                println!("  edge width     {edge:.3} mm, {edge_wanted:.3} mm in the picture (10 % to 90 %)");
+                say!("  edge width     {edge:.3} mm, {edge_wanted:.3} mm in the picture (10 % to 90 %)");
             }
-            println!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
-            println!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
+            say!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
+            say!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
             // The photons' estimate is free of their own noise in the mean, and may be off by a few standard errors.
             let off = (photons.mean_square - m.rel_rms * m.rel_rms) / photons.mean_square_error;
             let verdict = if off.abs() < 5.0 { "confirm it" } else { "DISAGREE" };
-            println!("  photons        {millions:.1} million {verdict}: off by {:.1} standard errors", off.abs());
+            say!("  photons        {millions:.1} million {verdict}: off by {:.1} standard errors", off.abs());
         } else {
-            println!("\nWhere does the light go? ({nx} x {ny} pixels)");
-            println!(
+            say!("\nWhere does the light go? ({nx} x {ny} pixels)");
+            say!(
                 "  photons        {millions:.1} million, image {:.4} +- {:.4} relative RMS from that of the beams",
                 self.between.rel_rms(),
                 self.between.rel_rms_error()
@@ -260,7 +300,7 @@ impl Judgement {
 
 /// Prints where the light went, and how much outside of the window.
 pub(crate) fn print_flux(flux: &Flux) {
-    println!("  light          {:.3} % in the window, {:.3} % beside it", 100.0 * flux.window, 100.0 * flux.missed);
+    say!("  light          {:.3} % in the window, {:.3} % beside it", 100.0 * flux.window, 100.0 * flux.missed);
     for (part, fate) in [
         (flux.totally_reflected, "is totally reflected inside"),
         (flux.side, "ends at a side wall or meets the solid again"),
@@ -269,7 +309,7 @@ pub(crate) fn print_flux(flux: &Flux) {
         (flux.lost, "was LOST by the tracer"),
     ] {
         if part > 0.0 {
-            println!("                 {:.3} % {fate}", 100.0 * part);
+            say!("                 {:.3} % {fate}", 100.0 * part);
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Where light comes from, as a person says it.
 
-use super::{angle::Angle, error::Failure};
+use super::{angle::Angle, console, error::Failure};
 use clap::ValueEnum;
 use glasswarp::light::Photometry;
 use serde::Deserialize;
@@ -99,11 +99,11 @@ impl Lamp {
                     source: error.into(),
                 })?;
                 if lamp.asymmetry() > 0.05 {
-                    eprintln!(
-                        "warning: the planes of {} differ by up to {:.0} % of the peak; their mean is used, as for a lamp without a top",
+                    console::warn(format_args!(
+                        "the planes of {} differ by up to {:.0} % of the peak; their mean is used, as for a lamp without a top",
                         path.display(),
                         100.0 * lamp.asymmetry()
-                    );
+                    ));
                 }
                 Ok(Self::Measured(lamp))
             }

@@ -1,11 +1,14 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
-    bench::exit_face_in_words,
+    bench::{exit_face_in_words, scene_of},
+    console::{self, say},
     cutters::{self, Wish},
     error::Failure,
-    judge,
+    found_page::FoundPage,
+    json, judge,
     length::Length,
+    page,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
     workpiece::{View, Workpiece, look_at_scallops},
@@ -13,11 +16,12 @@ use super::{
 use glasswarp::{
     export::{self, Design, Format},
     fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
-    report::{self, Captioned},
+    report::{self, Captioned, Cost, Facts},
     solid::{Solid, Stock},
     solver::Progress,
     surface::{HeightField, Polish},
 };
+use glasswarp_verify::metrics;
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -69,6 +73,10 @@ pub(crate) struct MillArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
+    /// Write a report on the work, a page of HTML
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the picture exceeds this in the end
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -81,6 +89,18 @@ struct Step {
     view: View,
 }
 
+impl Step {
+    fn to_json(&self) -> json::MillStep {
+        let heights = self.surface.heights_mm();
+        json::MillStep {
+            name: self.name.clone(),
+            rel_rms: json::finite(self.view.metrics.rel_rms),
+            ssim: json::finite(self.view.metrics.ssim),
+            nodes: [heights.nx(), heights.ny()],
+        }
+    }
+}
+
 pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     for output in &args.output {
         if !is_picture(output) {
@@ -89,6 +109,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         }
         export::probe(output).map_err(Failure::writing)?;
     }
+    let report = page::path(args.report.as_deref(), args.report.is_none(), &args.block)?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
     if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
         return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
@@ -116,8 +137,76 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             write_block(args, &piece, &pass, polish, &steps[steps.len() - 1], output)?;
         }
     }
+    if let Some(path) = &report {
+        write_report(args, &piece, &pass, &steps, path)?;
+        say!("\n  report         {}", path.display());
+    }
+    let cost = pass.cost(piece.surface.extent());
+    console::result(json::Result::Mill(json::Mill {
+        file: args.block.display().to_string(),
+        cutter: pass.cutter.to_string(),
+        step_over_mm: pass.step_over_mm,
+        rows: cost.rows,
+        length_mm: cost.length_mm,
+        minutes: cost.minutes(args.feed.mm),
+        steps: steps.iter().map(Step::to_json).collect(),
+        files: json::texts(&args.output),
+    }));
     let error = steps[steps.len() - 1].view.metrics.rel_rms;
     Failure::unless_within(args.max_error, error, "the", " in the end")
+}
+
+/// Writes the report: the face as designed, the light after every step.
+fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step], path: &Path) -> Result<(), Failure> {
+    let Some(wanted) = piece.examiner.wanted().map(judge::field_of) else { return Ok(()) };
+    let (last, before) = (&steps[steps.len() - 1], &steps[..steps.len() - 1]);
+    let light = judge::field_of(&last.view.image);
+    let note = |step: &Step| format!("{}.", page::in_words(&step.view.metrics));
+    let others = before
+        .iter()
+        .map(|step| page::pair(&step.name, &wanted, &judge::field_of(&step.view.image), piece.exposure, note(step)));
+    let costs = steps.iter().map(|step| {
+        let moved = metrics::rel_rms(&step.view.image, &steps[0].view.image).map_err(Failure::refused)?;
+        Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
+    });
+    let cost = pass.cost(piece.surface.extent());
+    let mut rows = vec![
+        page::row("Cutter", pass.cutter.to_string()),
+        page::row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, page::mm(pass.step_over_mm))),
+        page::row(
+            "Way",
+            format!(
+                "{:.1} m, {:.0} min at {} per minute",
+                1e-3 * cost.length_mm,
+                cost.minutes(args.feed.mm),
+                args.feed
+            ),
+        ),
+    ];
+    if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
+        rows.push(page::row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
+    }
+    FoundPage {
+        block: &args.block,
+        side: Some(&piece.side),
+        scene: &scene_of(&piece.side.bench, &piece.side.design)?,
+        surface: &piece.surface,
+        entry_z_mm: piece.entry_z_mm,
+        about: format!(
+            "{}, worked on in simulation: {}. The face is shown as designed, the light as it is after the work.",
+            args.block.display(),
+            last.name
+        ),
+        warnings: Vec::new(),
+        exposure: piece.exposure,
+        caustic: page::light_view("Light after the work", &light, piece.exposure, note(last)),
+        others: others.collect(),
+        budget: costs.collect::<Result<_, Failure>>()?,
+        facts: vec![Facts { title: "Work".into(), rows }],
+        wanted: Some((wanted, last.view.metrics)),
+        light,
+    }
+    .write(path)
 }
 
 fn is_picture(path: &Path) -> bool {
@@ -175,7 +264,7 @@ pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polis
 
 fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
     let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
-    println!(
+    say!(
         "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         extent.width_mm,
@@ -184,7 +273,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         bench.distance_mm
     );
     let cost = pass.cost(extent);
-    println!(
+    say!(
         "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
         cost.rows,
         pass.direction,
@@ -193,7 +282,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         args.feed
     );
     if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
-        println!(
+        say!(
             "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
             1e3 * scallop.height_mm,
             scallop.slope,
@@ -201,10 +290,10 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         );
     }
     let (nx, ny) = piece.examiner.pixels();
-    println!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
+    say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
     for Step { name, surface, view } in steps {
         let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
-        println!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
+        say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }
 }
 

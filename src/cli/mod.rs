@@ -1,23 +1,33 @@
 //! The command line: one file per subcommand; arguments become typed options once, here.
 
+// What is said goes through `console`.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 mod angle;
 mod bench;
 mod budget;
 mod check;
+mod console;
 mod crosscheck;
 mod cutters;
 mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod found_page;
+#[cfg(test)]
+mod hostile_toml;
 mod imperfect;
+mod json;
 mod judge;
 mod lamp;
 mod length;
+mod memory;
 mod mill;
 mod opinion;
 mod page;
 mod plan;
+mod presets;
 mod preview;
 mod progress;
 mod settings;
@@ -25,86 +35,206 @@ mod shards;
 mod side_file;
 mod sweep;
 mod tolerance;
+mod toml_file;
 mod verify;
+mod white;
 mod workpiece;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
+use console::{Reader, say};
 use error::Failure;
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
-const EXAMPLES: &str = "\
-Examples:
-  glasswarp design portrait.png -o block.stl -o block.glb -o block.obj
-  glasswarp preview portrait.png --distance 60cm
-  glasswarp design logo.png --material pmma --size 15cm --distance 1m -o logo.stl
-  glasswarp verify block.stl --target portrait.png
-  glasswarp verify lens.stl --ior 1.49 --distance 20cm --window 50mm -o light.exr
-  glasswarp verify block.stl --sweep distance=60..1000 -o sweep.csv -o sweep.png
-  glasswarp crosscheck block.stl --with povray
-  glasswarp check block.stl --cutter ball:3mm --step-over 0.1mm --tolerance -o check.png
-  glasswarp mill block.stl --cutter ball:3mm --step-over 0.1mm --polish 0.05mm -o milled.stl
+const EXAMPLE: &str = "\
+Example:
+  glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
+  glasswarp check portrait.stl --cutter ball:3mm --step-over 0.1mm
+  glasswarp verify portrait.stl --target portrait.png";
 
+const CLOSING: &str = "\
 Lengths take mm, cm, m or in; a bare number is mm.
 Exit codes: 0 fine, 1 file or internal error, 2 refused: senseless or against physics,
-3 a verification fell short, 4 the mesh is no closed solid.";
+3 a check or verification fell short, 4 the mesh is no closed solid.";
+
+const TEMPLATE: &str = "\
+{before-help}{about}
+
+{usage-heading} {usage}
+
+Commands:
+{subcommands}
+
+Options:
+{options}{after-help}";
 
 /// Turns a picture into a block of glass whose light draws that picture.
 #[derive(Parser)]
-#[command(version, after_help = EXAMPLES, max_term_width = 120)]
+#[command(name = "glasswarp", version, before_help = EXAMPLE, after_help = CLOSING, help_template = TEMPLATE, max_term_width = 120, disable_help_subcommand = true)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+
+    /// Print one JSON document (docs/json.md) in place of text
+    #[arg(long, global = true, display_order = 990)]
+    json: bool,
+
+    /// Tell stages and their times on standard error; -vv and -vvv tell more
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 991)]
+    verbose: u8,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// Make a block from a picture, export it, and trace light through what was exported
+    /// Make a block from a picture, export it, and trace light through it
     Design(design::DesignArgs),
-    /// Look at what a picture would become, in a second or two: a coarse block, its relief and its light
+    /// Look at what a picture would become, in a second or two
     Preview(preview::PreviewArgs),
-    /// Trace light through an exported block and judge the picture that it draws
+    /// Trace light through a block and judge the picture that it draws
     Verify(verify::VerifyArgs),
-    /// Say whether a block can be made: hollows and slopes for a cutter, thickness, scallops; and what tolerances do to its picture
+    /// Say whether a block can be made, and what tolerances do to its picture
     Check(check::CheckArgs),
-    /// Mill a block row by row and polish it, in simulation, and judge the picture after every step
+    /// Mill and polish a block in simulation, and judge every step
     Mill(mill::MillArgs),
-    /// Show an exported block to an independent renderer, and compare what both see
+    /// Show a block to an independent renderer, and compare
     Crosscheck(crosscheck::CrosscheckArgs),
-    /// List the materials known by name, with their refractive indices
+    /// List the materials known by name
     Materials,
+    /// List common set-ups to start from
+    Presets(presets::PresetsArgs),
+    /// Print completions for a shell
+    Completions(CompletionsArgs),
+    /// Print the manual, or write a page for every command
+    Man(ManArgs),
+}
+
+#[derive(clap::Args)]
+struct CompletionsArgs {
+    /// The shell
+    shell: clap_complete::Shell,
+}
+
+#[derive(clap::Args)]
+struct ManArgs {
+    /// Write a page for every command into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+}
+
+impl Command {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Design(_) => "design",
+            Self::Preview(_) => "preview",
+            Self::Verify(_) => "verify",
+            Self::Check(_) => "check",
+            Self::Mill(_) => "mill",
+            Self::Crosscheck(_) => "crosscheck",
+            Self::Materials => "materials",
+            Self::Presets(_) => "presets",
+            Self::Completions(_) => "completions",
+            Self::Man(_) => "man",
+        }
+    }
+
+    fn run(&self) -> Result<(), Failure> {
+        match self {
+            Self::Design(args) => design::run(args),
+            Self::Preview(args) => preview::run(args),
+            Self::Verify(args) => verify::run(args),
+            Self::Check(args) => check::run(args),
+            Self::Mill(args) => mill::run(args),
+            Self::Crosscheck(args) => crosscheck::run(args),
+            Self::Materials => {
+                materials();
+                Ok(())
+            }
+            Self::Presets(args) => presets::run(args),
+            Self::Completions(args) => completions(args),
+            Self::Man(args) => manual(args),
+        }
+    }
 }
 
 /// Parses, runs, and reports.
 pub(crate) fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        // A program is told in its own way.
+        Err(error) if error.use_stderr() && std::env::args_os().any(|word| word == "--json") => {
+            console::open(Reader::Program, 0);
+            return console::close("", Err(Failure::Usage(error.to_string().trim_start_matches("error: ").to_owned())));
+        }
+        Err(error) => error.exit(),
+    };
+    console::open(if cli.json { Reader::Program } else { Reader::Person }, cli.verbose);
     // Nothing half-written stays behind: outputs are written under another name until they are whole.
     let handler = ctrlc::set_handler(|| {
         let _held = glasswarp::export::remove_unfinished();
-        eprintln!("\ninterrupted; nothing half-written was left");
+        console::interrupted();
         std::process::exit(130);
     });
     if let Err(error) = handler {
-        eprintln!("warning: an interruption cannot be handled ({error})");
+        console::warn(format_args!("an interruption cannot be handled ({error})"));
     }
-    let done = match cli.command {
-        Command::Design(args) => design::run(&args),
-        Command::Preview(args) => preview::run(&args),
-        Command::Verify(args) => verify::run(&args),
-        Command::Check(args) => check::run(&args),
-        Command::Mill(args) => mill::run(&args),
-        Command::Crosscheck(args) => crosscheck::run(&args),
-        Command::Materials => materials(),
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
-    }
+    console::close(cli.command.name(), cli.command.run())
 }
 
-fn materials() -> Result<(), Failure> {
-    println!("{:<14} {:>7}  description", "name", "index");
+fn materials() {
+    say!("{:<14} {:>7}  description", "name", "index");
+    let mut list = Vec::new();
     for material in glasswarp::materials::MATERIALS {
-        println!("{:<14} {:>7}  {}", material.name, material.ior, material.description);
+        say!("{:<14} {:>7}  {}", material.name, material.ior, material.description);
+        list.push(json::Material {
+            name: material.name.to_owned(),
+            ior: material.ior,
+            description: material.description.to_owned(),
+        });
     }
+    console::result(json::Result::Materials(json::Materials { materials: list }));
+}
+
+/// Prints bytes made by another library, and keeps them for a program.
+fn print_text(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    say!("{}", text.trim_end());
+    console::result(json::Result::Text(json::Text { text }));
+}
+
+fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "glasswarp", &mut script);
+    print_text(&script);
+    Ok(())
+}
+
+fn manual(args: &ManArgs) -> Result<(), Failure> {
+    let mut command = Cli::command();
+    command.build();
+    let page = |command: clap::Command| {
+        let mut page = Vec::new();
+        clap_mangen::Man::new(command)
+            .render(&mut page)
+            .map(|()| page)
+            .map_err(|source| Failure::Io { what: "the manual cannot be written".into(), source: source.into() })
+    };
+    let Some(folder) = &args.output else {
+        print_text(&page(command)?);
+        return Ok(());
+    };
+    let mut written = Vec::new();
+    let pages = std::iter::once((String::from("glasswarp"), command.clone())).chain(
+        command
+            .get_subcommands()
+            .filter(|sub| sub.get_name() != "help")
+            .map(|sub| (format!("glasswarp-{}", sub.get_name()), sub.clone().disable_help_subcommand(true))),
+    );
+    for (name, command) in pages {
+        let (path, page) = (folder.join(format!("{name}.1")), page(command)?);
+        glasswarp::export::write_atomically(&path, |out| std::io::Write::write_all(out, &page))
+            .map_err(Failure::writing)?;
+        written.push(path.display().to_string());
+    }
+    say!("{}", written.join("\n"));
+    console::result(json::Result::Text(json::Text { text: written.join("\n") }));
     Ok(())
 }

@@ -14,6 +14,7 @@ use glasswarp::{
     export::Format,
     pipeline::Block,
     report::{self, Exposure},
+    solver::Progress,
     target::to_picture_order,
 };
 use glasswarp_verify::{Image, PhotonPlan};
@@ -22,7 +23,7 @@ use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1_000_000;
+const PHOTONS: u64 = 1 << 18;
 /// Photons in spread light, of which beams know nothing.
 const SPREAD_PHOTONS: u64 = 8_000_000;
 /// Pixels across at which a design is judged, at most.
@@ -42,7 +43,13 @@ pub(crate) struct Opinion {
 impl Opinion {
     /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
     /// most.
-    pub(crate) fn of(plan: &Plan, outputs: &[PathBuf], block: &Block) -> Result<Self, Failure> {
+    pub(crate) fn of(
+        plan: &Plan,
+        outputs: &[PathBuf],
+        block: &Block,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        progress.begin("reading back and tracing", 3);
         let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
@@ -50,14 +57,22 @@ impl Opinion {
         let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
-            let judgement = judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1))?;
-            Ok((judged, judgement))
+            let (judgement, views) = rayon::join(
+                || judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
+                || judged.views(&examiner),
+            );
+            Ok((judgement?, views?, judged))
         };
-        // Reading text takes its time, on one core.
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((first, judgement), others) = (first?, others?);
-        let steps = budget::of_design((block, &plan.bench), &first, &others, &examiner, &judgement)?;
+        // Reading takes its time, on one core.
+        let exact = || budget::Exact::of(block, &plan.bench, &examiner);
+        let (first, (exact, others)) =
+            rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
+        let ((judgement, views, first), exact, others) = (first?, exact?, others?);
+        progress.advance(1);
+        let seen = (&first, views);
+        let steps = budget::of_design((block, &plan.bench), exact, seen, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
+        progress.advance(2);
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
         let scene = scene_of(&side.bench, &side.design)?;

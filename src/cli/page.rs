@@ -20,7 +20,7 @@ use glasswarp::{
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Model, Page, View},
     target::to_picture_order,
 };
-use glasswarp_verify::{Image, metrics::Metrics};
+use glasswarp_verify::metrics::Metrics;
 use std::{
     path::{Path, PathBuf},
     time::Duration,
@@ -62,7 +62,8 @@ pub(crate) fn program() -> String {
 
 /// A length without the digits that only rounding errors fill.
 pub(crate) fn mm(value: f64) -> String {
-    format!("{}", (value * 1000.0).round() / 1000.0 + 0.0)
+    // The sign of mathematics, not a hyphen.
+    format!("{}", (value * 1000.0).round() / 1000.0 + 0.0).replace('-', "−")
 }
 
 pub(crate) fn highlight(label: &str, value: String, unit: &str, note: String) -> Highlight {
@@ -107,12 +108,25 @@ pub(crate) fn difference_view(wanted: &Field<f64>, light: &Field<f64>, exposure:
     }
 }
 
+/// Light with its difference from what is wanted.
+pub(crate) fn pair(
+    title: &str,
+    wanted: &Field<f64>,
+    light: &Field<f64>,
+    exposure: Exposure,
+    note: String,
+) -> (View, View) {
+    let difference = difference_view(wanted, light, exposure);
+    let alt = format!("{title}: four times its difference from the target, inverted");
+    (light_view(title, light, exposure, note), View { alt, ..difference })
+}
+
 /// The steps of a budget as pictures, but for the one that is the judged light itself.
-pub(crate) fn step_views(steps: &[Step], exposure: Exposure) -> Vec<View> {
+pub(crate) fn step_views(steps: &[Step], wanted: &Field<f64>, exposure: Exposure) -> Vec<(View, View)> {
     let seen = steps.iter().filter_map(|step| step.seen.as_ref().map(|seen| (&step.name, seen)));
     seen.filter(|(_, seen)| seen.moved > 0.0)
         .map(|(name, seen)| {
-            light_view(name, &judge::field_of(&seen.image), exposure, format!("{}.", in_words(&seen.metrics)))
+            pair(name, wanted, &judge::field_of(&seen.image), exposure, format!("{}.", in_words(&seen.metrics)))
         })
         .collect()
 }
@@ -148,7 +162,7 @@ pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
 pub(crate) fn bench_facts(bench: &Bench, highest_mm: f64) -> Facts {
     let rows = vec![
         row("Light", light_in_words(bench)),
-        row("Receiver", receiver_in_words(bench, highest_mm)),
+        row("Receiver", receiver_in_words(bench, highest_mm).replace(" x ", " × ")),
         row("Seen", "on the receiver from the block’s side: left is +x, top is +y"),
     ];
     Facts { title: "Bench".into(), rows }
@@ -228,18 +242,16 @@ pub(crate) fn file_records(outputs: &[PathBuf]) -> Result<Vec<FileRecord>, Failu
     let mut sides: Vec<PathBuf> = outputs.iter().map(|path| side_file::path_beside(path)).collect();
     sides.dedup();
     let known: Vec<_> = sides.iter().filter_map(|side| SideFile::read(side).ok()).collect();
-    outputs
-        .iter()
-        .chain(&sides)
-        .map(|path| {
-            let failed = |source| Failure::reading(path, source);
-            let name = file_name(path);
-            let recorded = known.iter().find_map(|side| side.files.get(&name).cloned());
-            let bytes = std::fs::metadata(path).map_err(failed)?.len();
-            let sha256 = recorded.map_or_else(|| side_file::sha256(path), Ok).map_err(failed)?;
-            Ok(FileRecord { what: kind(path).into(), name, bytes, sha256 })
-        })
-        .collect()
+    let recorded = |path: &Path| known.iter().find_map(|side| side.files.get(&file_name(path)).cloned());
+    outputs.iter().chain(&sides).map(|path| file_record(path, recorded(path))).collect()
+}
+
+/// A file, with its hash if that is known.
+pub(crate) fn file_record(path: &Path, sha256: Option<String>) -> Result<FileRecord, Failure> {
+    let failed = |source| Failure::reading(path, source);
+    let bytes = std::fs::metadata(path).map_err(failed)?.len();
+    let sha256 = sha256.map_or_else(|| side_file::sha256(path), Ok).map_err(failed)?;
+    Ok(FileRecord { name: file_name(path), what: kind(path).into(), bytes, sha256 })
 }
 
 /// What a file of this name is.
@@ -274,7 +286,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (shape, drawing) =
-            rayon::join(|| Shape::of(&block.surface), || report::dimensioned_drawing(solid, bench.distance_mm()));
+            rayon::join(|| Shape::of(solid.surface()), || report::dimensioned_drawing(solid, bench.distance_mm()));
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
@@ -292,7 +304,7 @@ impl DesignPage<'_> {
             warnings,
             highlights: self.highlights(),
             model: Model {
-                surface: &block.surface,
+                surface: solid.surface(),
                 entry_z_mm: solid.entry_z_mm(),
                 outline: solid.shape().outline(solid.extent()),
                 rim_z_mm: solid.rim_z_mm(),
@@ -303,7 +315,7 @@ impl DesignPage<'_> {
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
             difference: Some(difference_view(&wanted, &light, exposure)),
-            others: self.others(exposure),
+            others: self.others(&wanted, exposure),
             budget: self.opinion.map(|opinion| costs(&opinion.steps)).unwrap_or_default(),
             summary: Some(&block.summary),
             drawing: Some(drawing),
@@ -341,13 +353,13 @@ impl DesignPage<'_> {
         light_view("Simulated light", light, exposure, note)
     }
 
-    fn others(&self, exposure: Exposure) -> Vec<View> {
+    fn others(&self, wanted: &Field<f64>, exposure: Exposure) -> Vec<(View, View)> {
         let Some(opinion) = self.opinion else { return Vec::new() };
-        let mut views = step_views(&opinion.steps, exposure);
+        let mut views = step_views(&opinion.steps, wanted, exposure);
         if let Some(finished) = &opinion.finished {
             let note = format!("{}.", in_words(&finished.view.metrics));
-            let light: &Image = &finished.view.image;
-            views.insert(0, light_view("After the finish", &judge::field_of(light), exposure, note));
+            let light = judge::field_of(&finished.view.image);
+            views.insert(0, pair("After the finish", wanted, &light, exposure, note));
         }
         views
     }
@@ -397,7 +409,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());
-        let (low, high) = block.surface.heights_mm().min_max();
+        let (low, high) = block.surface.range_mm();
         let spacing = size.node_spacing(plan.nodes.0, plan.nodes.1);
         let mut rows = vec![
             row("Stock", format!("{} × {} × {} mm", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm()))),
@@ -405,6 +417,15 @@ impl DesignPage<'_> {
             row("Exit face", format!("{} × {} mm, relief {:.3} mm", mm(size.width_mm), mm(size.height_mm), high - low)),
             row("Thinnest place", format!("{:.3} mm", solid.thinnest_mm())),
         ];
+        let whole = solid.extent();
+        if whole != size {
+            let rest = format!(
+                "the face goes on to {} × {} mm, for light from the side",
+                mm(whole.width_mm),
+                mm(whole.height_mm)
+            );
+            rows.push(row("Skirt", rest));
+        }
         rows.extend(face_rows(shape));
         rows.push(row(
             "Nodes",
@@ -445,7 +466,7 @@ impl DesignPage<'_> {
             row("Time", format!("{:.2} s", self.solved.as_secs_f64())),
         ];
         solver.extend(block.summary.notes.iter().map(|note| row("Note", note.clone())));
-        solver.extend(self.notes.iter().map(|note| row("File", note.clone())));
+        solver.extend(self.notes.iter().map(|note| row("Note", note.clone())));
         let mut facts = vec![
             Facts { title: "Block".into(), rows },
             Facts { title: "Frame of the files".into(), rows: frame },

@@ -2,13 +2,16 @@
 
 use super::{
     bench::scene_of,
+    console::{self, say},
     error::Failure,
+    json,
     judge::{self, Examiner},
     page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
     plan::Plan,
     progress::TerminalProgress,
     settings::{QualityName, Settings, SolverName},
     side_file::BenchRecord,
+    toml_file,
     workpiece::{View as Seen, look},
 };
 use glasswarp::{
@@ -52,7 +55,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         }
         export::probe(output).map_err(Failure::writing)?;
     }
-    let plan = Plan::new(picture, settings)?;
+    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     let progress = TerminalProgress::new();
     let block = plan.design(&progress);
     progress.finish();
@@ -66,8 +69,15 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         made.write(output)?;
     }
     made.print(&outputs);
+    console::result(json::Result::Preview(json::Preview {
+        files: json::texts(&outputs),
+        block: json::Block::of(&plan, &block),
+        bench: json::Bench::of(bench),
+        rel_rms: json::finite(seen.metrics.rel_rms),
+        ssim: json::finite(seen.metrics.ssim),
+    }));
     for warning in &block.summary.warnings {
-        eprintln!("warning: {warning}");
+        console::warn(warning);
     }
     Ok(())
 }
@@ -95,8 +105,8 @@ impl Preview<'_> {
         }
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let shape = Shape::of(&block.surface);
-        let (_, high) = block.surface.heights_mm().min_max();
+        let shape = Shape::of(solid.surface());
+        let (_, high) = block.surface.range_mm();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![
             row("Relief", format!("{:.2} mm", block.surface.relief_mm())),
@@ -124,7 +134,7 @@ impl Preview<'_> {
                 ),
             ],
             model: Model {
-                surface: &block.surface,
+                surface: solid.surface(),
                 entry_z_mm: solid.entry_z_mm(),
                 outline: solid.shape().outline(solid.extent()),
                 rim_z_mm: solid.rim_z_mm(),
@@ -155,19 +165,20 @@ impl Preview<'_> {
     fn print(&self, outputs: &[PathBuf]) {
         let (plan, block, metrics) = (self.plan, self.block, &self.seen.metrics);
         let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
-        println!("{}", names.join(", "));
-        println!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
-        println!(
+        say!("{}", names.join(", "));
+        say!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
+        say!(
             "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",
             plan.bench.block().width_mm,
             plan.bench.block().height_mm,
             mm(block.solid.thickness_mm()),
             block.solid.thinnest_mm()
         );
-        println!("  relief         {:.2} mm", block.surface.relief_mm());
-        println!(
+        say!("  relief         {:.2} mm", block.surface.relief_mm());
+        say!(
             "  expected error {:.3} relative RMS at most, SSIM {:.3} (this draft's); 'glasswarp design' comes nearer",
-            metrics.rel_rms, metrics.ssim
+            metrics.rel_rms,
+            metrics.ssim
         );
     }
 }

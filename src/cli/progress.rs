@@ -20,14 +20,25 @@ impl TerminalProgress {
     }
 }
 
+impl Drop for TerminalProgress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
 impl Progress for TerminalProgress {
     fn begin(&self, stage: &str, steps: usize) {
         self.finish();
+        tracing::debug!(stage, steps, "begins");
         if !std::io::stderr().is_terminal() {
             return;
         }
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr_with_hz(10));
-        let template = "{msg:<34} [{bar:30}] {pos}/{len}  {eta} left";
+        // What has no steps has no end that could be foretold.
+        let template = match steps {
+            0 => "{msg:<34} {spinner} {elapsed}",
+            _ => "{msg:<34} [{bar:30}] {pos}/{len}  {eta} left",
+        };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("=> "));
         }

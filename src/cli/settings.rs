@@ -5,9 +5,12 @@ use super::{
     imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     lamp::{Emission, LightName},
     length::Length,
+    presets::PresetName,
+    toml_file,
+    white::Wavelength,
 };
 use clap::{Args, ValueEnum};
-use glasswarp::{solid::Origin, target::Transfer};
+use glasswarp::{grid::Outline, solid::Origin, target::Transfer};
 use serde::Deserialize;
 use std::{
     path::{Path, PathBuf},
@@ -22,6 +25,11 @@ pub(crate) struct Settings {
     /// The picture, in a design file only (relative to that file).
     #[arg(skip)]
     pub(crate) picture: Option<PathBuf>,
+
+    /// A common set-up to start from: its settings hold where neither a flag nor the design file says otherwise ('glasswarp presets'
+    /// lists them)
+    #[arg(long, value_name = "NAME", help_heading = "Bench")]
+    pub(crate) preset: Option<PresetName>,
 
     /// Width of the block; its height follows the picture's aspect [default: 100mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Bench")]
@@ -76,6 +84,11 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
     pub(crate) ior: Option<f64>,
 
+    /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED; needs --material [default: 587.6nm,
+    /// for which catalogues give the index]
+    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", conflicts_with = "ior")]
+    pub(crate) wavelength: Option<Wavelength>,
+
     /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     pub(crate) material: Option<String>,
@@ -119,6 +132,11 @@ pub(crate) struct Settings {
     /// [default: as much as the light needs]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     pub(crate) skirt: Option<Length>,
+
+    /// Outline of the block: rectangle, circle (the ellipse within its size), or rounded:10mm (radius of the corners); the picture
+    /// stays whole [default: rectangle]
+    #[arg(long, value_name = "OUTLINE", help_heading = "Block")]
+    pub(crate) outline: Option<OutlineName>,
 
     /// Height nodes across the width [default: two per pixel, 257 to 1025]
     #[arg(long, value_name = "N", help_heading = "Block")]
@@ -182,6 +200,42 @@ impl From<TransferName> for Transfer {
         match name {
             TransferName::Srgb => Self::Srgb,
             TransferName::Linear => Self::Linear,
+        }
+    }
+}
+
+/// An outline as a person writes it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub(crate) struct OutlineName(pub(crate) Outline);
+
+impl FromStr for OutlineName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim().split_once(':') {
+            None if text.trim() == "rectangle" => Ok(Self(Outline::Rectangle)),
+            None if text.trim() == "circle" => Ok(Self(Outline::Circle)),
+            Some(("rounded", radius)) => Ok(Self(Outline::Rounded { radius_mm: radius.parse::<Length>()?.mm })),
+            _ => Err(format!("'{text}' is no outline; write rectangle, circle or rounded:RADIUS, as rounded:10mm")),
+        }
+    }
+}
+
+impl TryFrom<String> for OutlineName {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl std::fmt::Display for OutlineName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Outline::Rectangle => f.write_str("rectangle"),
+            Outline::Circle => f.write_str("circle"),
+            Outline::Rounded { radius_mm } => write!(f, "rounded:{radius_mm}mm"),
         }
     }
 }
@@ -296,29 +350,39 @@ pub(crate) fn name_of(choice: impl ValueEnum) -> String {
 
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
-struct DesignFile {
-    design: Settings,
+pub(crate) struct DesignFile {
+    pub(crate) design: Settings,
 }
 
 impl Settings {
     /// What flags and a design file together ask for, and the picture; `named` is either.
     pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
         if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
-            return Ok((flags.clone(), named.to_path_buf()));
+            return Ok((flags.clone().with_preset()?, named.to_path_buf()));
         }
-        let settings = flags.clone().or(Self::read(named)?);
+        let settings = flags.clone().or(Self::as_written(named)?).with_preset()?;
         let picture = settings.named_picture(named)?;
         Ok((settings, picture))
     }
 
     /// Reads the `[design]` table of a TOML file. The picture's path is taken relative to the file.
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let file: DesignFile = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no design file:\n{error}", path.display())))?;
-        let mut settings = file.design;
+        Self::as_written(path)?.with_preset()
+    }
+
+    /// The same with its preset yet to be looked up.
+    fn as_written(path: &Path) -> Result<Self, Failure> {
+        let mut settings = toml_file::read::<DesignFile>(path, "design file")?.design;
         settings.resolve_paths(path);
         Ok(settings)
+    }
+
+    /// With the settings of the preset where these are silent.
+    pub(crate) fn with_preset(self) -> Result<Self, Failure> {
+        match self.preset {
+            Some(preset) => Ok(Self { preset: None, ..self.or(preset.settings()?) }),
+            None => Ok(self),
+        }
     }
 
     /// The picture that a design file names.
@@ -368,6 +432,7 @@ impl Settings {
         };
         Self {
             picture: self.picture.or(other.picture),
+            preset: self.preset.or(other.preset),
             size: self.size.or(other.size),
             distance: self.distance.or(other.distance),
             window: self.window.or(other.window),
@@ -388,8 +453,11 @@ impl Settings {
             skirt: self.skirt.or(other.skirt),
             ior,
             material,
+            // An index that is given outright is that of its wavelength.
+            wavelength: self.wavelength.or(other.wavelength.filter(|_| self.ior.is_none())),
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
+            outline: self.outline.or(other.outline),
             nodes: self.nodes.or(other.nodes),
             rim: self.rim.or(other.rim),
             mark: self.mark.or(other.mark),
@@ -422,8 +490,11 @@ mod tests {
     }
 
     #[test]
-    fn a_misspelt_key_is_named_with_its_place() {
-        let error = toml::from_str::<DesignFile>("[design]\ndistanse = 250").err().unwrap().to_string();
-        assert!(error.contains("line 2") && error.contains("distanse"), "{error}");
+    fn a_file_goes_before_its_preset() {
+        let file = "[design]\npreset = \"desk-demo\"\nsize = \"70mm\"\nior = 1.6";
+        let settings = toml::from_str::<DesignFile>(file).unwrap().design.with_preset().unwrap();
+        assert_eq!(settings.size, Some(Length { mm: 70.0 }));
+        assert_eq!(settings.distance, Some(Length { mm: 200.0 }));
+        assert_eq!((settings.ior, settings.material), (Some(1.6), None));
     }
 }

@@ -1,6 +1,14 @@
 //! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
 
-use super::{error::Failure, judge, plan::open_target, settings::TransferName, side_file, verify::IrradianceFile};
+use super::{
+    console::{self, say},
+    error::Failure,
+    json, judge,
+    plan::open_target,
+    settings::TransferName,
+    side_file,
+    verify::IrradianceFile,
+};
 use glasswarp::target::Transfer;
 use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
@@ -71,26 +79,46 @@ pub(crate) fn trace(
     let tally = photons(tracer, plan).map_err(Failure::refused)?;
     let hash = side_file::sha256(block).map_err(|source| Failure::reading(block, source))?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
-    println!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
+    say!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
     print(&tally);
-    wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()
+    let error = wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()?;
+    console::result(json::Result::Tally(to_json(&tally, error)));
+    Ok(error)
+}
+
+fn to_json(tally: &PhotonTally, error: Option<NoisyError>) -> json::Tally {
+    json::Tally {
+        photons: tally.photons(),
+        complete: tally.is_complete(),
+        noise: json::finite(noise(tally)),
+        light: (&tally.flux()).into(),
+        rel_rms: error.and_then(|error| json::finite(error.rel_rms())),
+        rel_rms_error: error.and_then(|error| json::finite(error.rel_rms_error())),
+    }
+}
+
+/// Root mean square over pixels of the standard error, as a part of the mean irradiance.
+fn noise(tally: &PhotonTally) -> f64 {
+    let noise = tally.standard_error();
+    let squares: f64 = noise.values.iter().map(|s| s * s).sum::<f64>() / noise.values.len() as f64;
+    squares.sqrt() / tally.image().mean()
 }
 
 /// Judges the light of a tally, and prints that.
 fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failure> {
     let error = tally.error_against(wanted).map_err(Failure::refused)?;
     let m = metrics::compare(&tally.image(), wanted).map_err(Failure::refused)?;
-    println!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
-    println!(
+    say!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
+    say!(
         "  relative RMS   {:.5} +- {:.5}, less the noise; {:.5} with it",
         error.rel_rms(),
         error.rel_rms_error(),
         m.rel_rms
     );
-    println!("  PSNR           {:.2} dB, with the noise", m.psnr_db);
-    println!("  SSIM           {:.4}, with the noise", m.ssim);
-    println!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
-    println!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
+    say!("  PSNR           {:.2} dB, with the noise", m.psnr_db);
+    say!("  SSIM           {:.4}, with the noise", m.ssim);
+    say!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
+    say!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
     Ok(error)
 }
 
@@ -150,21 +178,17 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     for output in &args.output {
         IrradianceFile::of(output)?.write(output, &image, peak)?;
     }
-    println!("{} tallies", args.tallies.len());
+    say!("{} tallies", args.tallies.len());
     print(&tally);
     let error = wanted(args, &tally)?.map(|wanted| judge_tally(&tally, &wanted)).transpose()?;
+    console::result(json::Result::Tally(to_json(&tally, error)));
     demand(error, args.max_error)
 }
 
 fn print(tally: &PhotonTally) {
     let complete = if tally.is_complete() { "the whole run" } else { "a part of the run" };
-    println!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
-    let (image, noise) = (tally.image(), tally.standard_error());
-    let squares: f64 = noise.values.iter().map(|s| s * s).sum::<f64>() / noise.values.len() as f64;
-    println!(
-        "  noise          {:.5} of the mean irradiance (root mean square over pixels)",
-        squares.sqrt() / image.mean()
-    );
+    say!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
+    say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", noise(tally));
     judge::print_flux(&tally.flux());
 }
 

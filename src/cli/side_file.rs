@@ -4,6 +4,7 @@ use super::{
     error::Failure,
     lamp::Emission,
     settings::{Settings, Shift, SolverName, TransferName, name_of},
+    toml_file,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -161,9 +162,7 @@ impl SideFile {
     }
 
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let text = std::fs::read_to_string(path).map_err(|source| Failure::reading(path, source))?;
-        let mut side: Self = toml::from_str(&text)
-            .map_err(|error| Failure::Usage(format!("{} is no side file of a block:\n{error}", path.display())))?;
+        let mut side: Self = toml_file::read(path, "side file of a block")?;
         side.design.resolve_paths(path);
         Ok(side)
     }
@@ -261,8 +260,13 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("picture = {}", beside(record.picture)))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
     line(format_args!("distance = \"{}mm\"", bench.distance_mm))?;
-    if !bench.mirror {
-        line(format_args!("ior = {:?}", bench.ior))?;
+    match &settings.material {
+        Some(material) => line(format_args!("material = {} # its index is that of [bench]", quoted(material)))?,
+        None if bench.mirror => {}
+        None => line(format_args!("ior = {:?}", bench.ior))?,
+    }
+    if let Some(wavelength) = settings.wavelength {
+        line(format_args!("wavelength = \"{wavelength}\""))?;
     }
     if let Some(thickness) = settings.thickness {
         line(format_args!("thickness = \"{}mm\"", thickness.mm))?;
@@ -314,6 +318,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     if let Some(mesh) = &settings.caustic_mesh {
         line(format_args!("caustic-mesh = {}", beside(mesh)))?;
+    }
+    if let Some(outline) = settings.outline {
+        line(format_args!("outline = {}", quoted(&outline.to_string())))?;
     }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;

@@ -3,7 +3,9 @@
 use super::{
     bench::scene_of,
     budget::mesh_of,
+    console::{self, say},
     error::Failure,
+    json,
     judge::{Examiner, Subject},
     length::Length,
     plan::Plan,
@@ -176,7 +178,7 @@ pub(crate) fn run(
             }
             // Some benches cannot draw the picture; the others still can.
             Err(failure @ (Failure::Refused(_) | Failure::Usage(_))) => {
-                eprintln!("warning: {} = {value}: {failure}", range.quantity.column());
+                console::warn(format_args!("{} = {value}: {failure}", range.quantity.column()));
                 refused = Some(failure);
             }
             Err(failure) => return Err(failure),
@@ -187,13 +189,18 @@ pub(crate) fn run(
     }
     // One block has one relief: its light follows another law.
     if let (None, Some(law)) = (&built, Law::fit(&points)) {
-        println!(
+        say!(
             "\nThe plane moves the light by {:.2} r / (1 + {:.2} r) of its mean, r = relief / distance, within {:.1} %.",
             law.a,
             law.b,
             100.0 * law.residual
         );
     }
+    console::result(json::Result::Sweep(json::Sweep {
+        swept: range.quantity.column().to_owned(),
+        points: points.iter().map(Point::to_json).collect(),
+        files: outputs.iter().map(|(_, path)| path.display().to_string()).collect(),
+    }));
     for (kind, path) in outputs {
         kind.write(path, range.quantity, &points)?;
     }
@@ -219,14 +226,27 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
 }
 
 fn print_header(quantity: Quantity) {
-    println!("{:>12} {:>10}   relative RMS:", quantity.column(), "relief mm");
-    println!("{:>23} {:>10} {:>10} {:>10} {:>10}   plane moves by", "", "displaced", "plane", "smooth", "facets");
+    say!("{:>12} {:>10}   relative RMS:", quantity.column(), "relief mm");
+    say!("{:>23} {:>10} {:>10} {:>10} {:>10}   plane moves by", "", "displaced", "plane", "smooth", "facets");
 }
 
 impl Point {
+    fn to_json(&self) -> json::SweepPoint {
+        let view = |k: usize| self.views.get(k).and_then(|view| json::finite(view.rel_rms));
+        json::SweepPoint {
+            value: self.value,
+            relief_mm: self.relief_mm,
+            displaced: view(0),
+            plane: view(1),
+            smooth: view(2),
+            facets: view(3),
+            plane_moves: json::finite(self.plane_moves),
+        }
+    }
+
     fn print(&self) {
         let errors = self.views.iter().map(|view| format!(" {:>10.4}", view.rel_rms)).collect::<String>();
-        println!("{:>12} {:>10.3}{errors} {:>16.4}", self.value, self.relief_mm, self.plane_moves);
+        say!("{:>12} {:>10.3}{errors} {:>16.4}", self.value, self.relief_mm, self.plane_moves);
     }
 }
 

@@ -1,8 +1,9 @@
 //! `glasswarp check --tolerance`: what the picture becomes where the world is not as it was designed for, each traced.
 
 use super::{
+    console::say,
     error::Failure,
-    judge,
+    json, judge,
     length::Length,
     progress::TerminalProgress,
     workpiece::{View, Workpiece, block_of},
@@ -90,7 +91,7 @@ impl ToleranceArgs {
 }
 
 /// Traces all cases, prints the table, and gives the pictures. Fails where the focus that is asked for cannot be had.
-pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Captioned>, Failure> {
+pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<(Vec<Captioned>, json::Tolerances), Failure> {
     let bench = Bench { piece, block: block_of(&piece.surface, piece.entry_z_mm)? };
     let scene = piece.scene(&bench.block);
     let progress = TerminalProgress::new();
@@ -110,21 +111,21 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Caption
     }
     let focus = bench.focus(&scene, designed.metrics.rel_rms, args.focus_error);
     progress.finish();
-    println!("\nTolerances, each traced through the displaced surface      relative RMS     SSIM   moved by");
-    println!("  {:<55} {:>12.4} {:>8.4}", "as designed", designed.metrics.rel_rms, designed.metrics.ssim);
+    say!("\nTolerances, each traced through the displaced surface      relative RMS     SSIM   moved by");
+    say!("  {:<55} {:>12.4} {:>8.4}", "as designed", designed.metrics.rel_rms, designed.metrics.ssim);
     for Case { name, view, moved } in &cases {
-        println!("  {name:<55} {:>12.4} {:>8.4} {moved:>10.4}", view.metrics.rel_rms, view.metrics.ssim);
+        say!("  {name:<55} {:>12.4} {:>8.4} {moved:>10.4}", view.metrics.rel_rms, view.metrics.ssim);
     }
     let focus = focus?;
     let (distance, end) = (scene.distance_mm, |mm: Option<f64>| mm.map_or("beyond".into(), |mm| format!("{mm:.2} mm")));
-    println!(
+    say!(
         "\nDepth of focus (relative RMS error up to {:.4}): from {} to {}",
         focus.limit,
         end(focus.near_mm),
         end(focus.far_mm)
     );
     if let (Some(near), Some(far)) = (focus.near_mm, focus.far_mm) {
-        println!(
+        say!(
             "  {:.2} mm, {:.2} mm nearer and {:.2} mm further than designed",
             far - near,
             distance - near,
@@ -137,7 +138,20 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<Vec<Caption
     };
     let mut pictures = vec![captioned("as designed", &designed)];
     pictures.extend(cases.iter().map(|case| captioned(&case.name, &case.view)));
-    Ok(pictures)
+    let found = json::Tolerances {
+        designed: json::finite(designed.metrics.rel_rms),
+        cases: cases
+            .iter()
+            .map(|case| json::BudgetStep {
+                name: case.name.clone(),
+                rel_rms: json::finite(case.view.metrics.rel_rms),
+                ssim: json::finite(case.view.metrics.ssim),
+                moved: json::finite(case.moved),
+            })
+            .collect(),
+        focus: json::Focus { limit: focus.limit, near_mm: focus.near_mm, far_mm: focus.far_mm },
+    };
+    Ok((pictures, found))
 }
 
 impl Case {

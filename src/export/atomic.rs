@@ -45,6 +45,10 @@ pub enum WriteError {
     },
 }
 
+/// What the names of temporary files begin and end with.
+const PREFIX: &str = ".glasswarp-";
+const SUFFIX: &str = ".part";
+
 /// Temporary files that stand for files in the making.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
@@ -87,14 +91,33 @@ pub fn write_atomically(
 
 /// Begins a temporary file that an interruption removes.
 fn begin(path: &Path, folder: &Path) -> Result<tempfile::NamedTempFile, WriteError> {
+    let failed = |source| WriteError::Folder { path: path.to_path_buf(), folder: folder.to_path_buf(), source };
     let mut unfinished = unfinished();
-    let file = create(folder).map_err(|source| WriteError::Folder {
-        path: path.to_path_buf(),
-        folder: folder.to_path_buf(),
-        source,
-    })?;
-    unfinished.insert(file.path().to_path_buf());
-    Ok(file)
+    loop {
+        let file = create(folder).map_err(failed)?;
+        // As long as it is locked, it is no orphan. File systems without locks keep their orphans.
+        let _ = file.as_file().lock();
+        // Another process may have taken it for one before the lock.
+        if file.path().exists() {
+            unfinished.insert(file.path().to_path_buf());
+            return Ok(file);
+        }
+    }
+}
+
+/// Removes temporary files whose writers have died: after a power cut or a `kill -9` nobody else does.
+fn remove_orphans(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for path in entries.flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with(PREFIX) && name.ends_with(SUFFIX) {
+            let orphan = File::options().read(true).write(true).open(&path).is_ok_and(|file| {
+                // Removed while the lock is held, so that its writer, should it just begin, sees that it is gone.
+                file.try_lock().is_ok() && fs::remove_file(&path).is_ok()
+            });
+            tracing::debug!(path = %path.display(), orphan, "temporary file found");
+        }
+    }
 }
 
 /// Ends a temporary file. If `end` does not take it, it is removed.
@@ -126,12 +149,14 @@ fn destination(path: &Path) -> Result<(PathBuf, PathBuf), WriteError> {
     Ok((target, folder))
 }
 
-/// Finds out whether a file can be written, before the work whose result it shall hold.
+/// Finds out whether a file can be written, before the work whose result it shall hold. What writers that were killed have left
+/// in its folder is removed.
 ///
 /// # Errors
 /// Those of [`write_atomically`] that are known beforehand.
 pub fn probe(path: &Path) -> Result<(), WriteError> {
     let (_, folder) = destination(path)?;
+    remove_orphans(&folder);
     let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
     finish(begin(path, &folder)?, |_| Ok(())).map_err(failed)
 }
@@ -147,7 +172,7 @@ fn fill(file: &mut File, write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Re
 
 fn create(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".glasswarp-").suffix(".part");
+    builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
@@ -216,6 +241,20 @@ mod tests {
         probe(&path).unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         assert!(matches!(probe(&folder.path().join("nowhere/block.stl")), Err(WriteError::NoFolder { .. })));
+    }
+
+    #[test]
+    fn what_a_dead_writer_left_is_removed_and_what_a_living_one_writes_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(".glasswarp-orphan.part"), "half").unwrap();
+        fs::write(folder.path().join(".somebody.part"), "else").unwrap();
+        let path = folder.path().join("block.stl");
+        write_atomically(&path, |w| {
+            w.write_all(b"whole")?;
+            probe(&folder.path().join("other.stl")).map_err(io::Error::other)
+        })
+        .unwrap();
+        assert_eq!(names(folder.path()), [".somebody.part", "block.stl"]);
     }
 
     #[test]

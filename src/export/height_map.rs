@@ -201,6 +201,28 @@ impl HeightMap {
             .write()
             .to_buffered(&mut bytes)
             .map_err(io::Error::other)?;
-        Ok(bytes.into_inner())
+        let mut bytes = bytes.into_inner();
+        sort_attributes(&mut bytes);
+        Ok(bytes)
     }
+}
+
+/// Puts the attributes in the header of an OpenEXR file into the order of their names. Its writer keeps them in a hash map, and
+/// equal maps shall be equal files. What follows the header does not depend on their order.
+fn sort_attributes(file: &mut [u8]) {
+    // Magic number and version; then name, type, length and value of each, and an empty name.
+    const BEGIN: usize = 8;
+    let mut attributes = Vec::new();
+    let mut at = BEGIN;
+    while file.get(at).is_some_and(|&byte| byte != 0) {
+        let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|&byte| byte == 0)? + 1);
+        let Some(length_at) = text_end(at).and_then(text_end) else { return };
+        let Some(length) = file.get(length_at..length_at + 4) else { return };
+        let end = length_at + 4 + u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize;
+        let Some(attribute) = file.get(at..end) else { return };
+        attributes.push(attribute.to_vec());
+        at = end;
+    }
+    attributes.sort();
+    file[BEGIN..at].copy_from_slice(&attributes.concat());
 }

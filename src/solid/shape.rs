@@ -66,7 +66,7 @@ impl fmt::Display for Origin {
 /// Everything about a block that is not its optical face or its stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shape {
-    /// How far the exit face goes on, straight, beyond the part that draws the picture, mm, rounded up to whole cells: light from
+    /// How far the exit face goes on, smoothly, beyond the part that draws the picture, mm, rounded up to whole cells: light from
     /// the side then enters through the entry face, and not through a wall.
     pub skirt_mm: f64,
     /// A frame around the exit face.

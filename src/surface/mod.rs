@@ -1,6 +1,7 @@
 //! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the control net of CAD files.
 
 mod axis;
+mod extend;
 mod integrate;
 mod net;
 mod polish;
@@ -11,30 +12,58 @@ pub use net::{ControlNet, DEGREE, FitError};
 pub use polish::{Polish, PolishError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
-use crate::grid::{Extent, Field};
+use crate::grid::{Contour, Extent, Field, Outline};
 use glam::DVec2;
+use rayon::prelude::*;
 
-/// Heights of the exit face at nodes that span it edge to edge, mm, with the mean of all nodes at 0, but for those of a
-/// [skirt](Self::with_skirt).
+/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0, but for
+/// those of a [skirt](Self::with_skirt).
+///
+/// Nodes beyond the outline carry a smooth continuation, which the spline through the nodes needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
     extent: Extent,
+    outline: Outline,
     heights_mm: Field<f64>,
 }
 
 impl HeightField {
-    /// Takes over node heights, mm, and shifts them to the mean 0.
+    /// Takes over node heights of a rectangular face, mm, and shifts them to the mean 0.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side (a cubic needs four).
-    pub fn new(extent: Extent, mut heights_mm: Field<f64>) -> Self {
-        assert!(heights_mm.nx() >= 4 && heights_mm.ny() >= 4, "a height field needs 4 x 4 nodes");
-        let mean = heights_mm.mean();
-        heights_mm.as_mut_slice().iter_mut().for_each(|z| *z -= mean);
-        Self { extent, heights_mm }
+    pub fn new(extent: Extent, heights_mm: Field<f64>) -> Self {
+        Self::outlined(extent, Outline::Rectangle, heights_mm)
     }
 
-    /// The same face, which goes on straight beyond its border by at least this much, mm. Heights stay as they are: their mean is 0
+    /// Takes over node heights of a face of any outline, mm, and shifts them to the mean 0 of those within. Nodes beyond the
+    /// outline that are not a number are given a smooth continuation.
+    ///
+    /// # Panics
+    /// With fewer than 4 nodes along a side (a cubic needs four).
+    pub fn outlined(extent: Extent, outline: Outline, mut heights_mm: Field<f64>) -> Self {
+        assert!(heights_mm.nx() >= 4 && heights_mm.ny() >= 4, "a height field needs 4 x 4 nodes");
+        let contour = outline.within(extent);
+        let mean = if contour.is_rectangle() {
+            heights_mm.mean()
+        } else {
+            extend::fill_missing(&mut heights_mm);
+            let (sum, count) = within(&contour, &heights_mm).fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
+            sum / f64::from(count)
+        };
+        heights_mm.as_mut_slice().iter_mut().for_each(|z| *z -= mean);
+        Self { extent, outline, heights_mm }
+    }
+
+    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0.
+    ///
+    /// # Panics
+    /// With fewer than 4 nodes along a side.
+    pub fn with_heights(&self, heights_mm: Field<f64>) -> Self {
+        Self::outlined(self.extent, self.outline, heights_mm)
+    }
+
+    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there. Heights stay as they are: their mean is 0
     /// without the skirt.
     pub fn with_skirt(&self, least_mm: f64) -> Self {
         let old = &self.heights_mm;
@@ -45,33 +74,21 @@ impl HeightField {
         if cx + cy == 0 {
             return self.clone();
         }
-        // The value and the slope per node at an end of a line, to second order.
-        let end = |a: f64, b: f64, c: f64| (a, 1.5 * a - 2.0 * b + 0.5 * c);
-        let beyond = |k: usize, before: usize, n: usize| match k.checked_sub(before) {
-            None => (0, (before - k) as f64),
-            Some(inside) if inside >= n => (n - 1, (inside - (n - 1)) as f64),
-            Some(inside) => (inside, 0.0),
-        };
-        let along_x = |i: usize, j: usize| {
-            let (at, out) = beyond(i, cx, nx);
-            let inwards = |steps: usize| old[(if at == 0 { steps } else { at - steps }, j)];
-            if out == 0.0 {
-                return old[(at, j)];
-            }
-            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
-            value + out * slope
-        };
-        let heights = Field::from_fn(nx + 2 * cx, ny + 2 * cy, |i, j| {
-            let (at, out) = beyond(j, cy, ny);
-            if out == 0.0 {
-                return along_x(i, at);
-            }
-            let inwards = |steps: usize| along_x(i, if at == 0 { steps } else { at - steps });
-            let (value, slope) = end(inwards(0), inwards(1), inwards(2));
-            value + out * slope
+        let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
+        along_x.par_chunks_mut(nx + 2 * cx).zip(old.as_slice().par_chunks(nx)).for_each(|(line, heights)| {
+            line[cx..cx + nx].copy_from_slice(heights);
+            go_on(line, cx);
         });
+        let along_x = Field::from_vec(nx + 2 * cx, ny, along_x);
+        let mut heights = Field::filled(nx + 2 * cx, ny + 2 * cy, 0.0);
+        let mut line = vec![0.0; ny + 2 * cy];
+        for i in 0..nx + 2 * cx {
+            (0..ny).for_each(|j| line[cy + j] = along_x[(i, j)]);
+            go_on(&mut line, cy);
+            line.iter().enumerate().for_each(|(j, &z)| heights[(i, j)] = z);
+        }
         let size = self.extent.as_vec() + 2.0 * cells * spacing;
-        Self { extent: Extent::new(size.x, size.y), heights_mm: heights }
+        Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
     }
 
     /// Size of the face.
@@ -79,7 +96,17 @@ impl HeightField {
         self.extent
     }
 
-    /// Node heights, mm.
+    /// The outline of the face within its extent.
+    pub fn outline(&self) -> Outline {
+        self.outline
+    }
+
+    /// The curve around the face.
+    pub fn contour(&self) -> Contour {
+        self.outline.within(self.extent)
+    }
+
+    /// Node heights, mm; beyond the outline, their continuation.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
     }
@@ -93,14 +120,75 @@ impl HeightField {
         for (j, row) in data.chunks_mut(nx).enumerate() {
             lattice.row(j, &mut scratch, |i, height, _| row[i] = height);
         }
-        Self::new(self.extent, Field::from_vec(nx, ny, data))
+        self.with_heights(Field::from_vec(nx, ny, data))
+    }
+
+    /// Least and greatest node height within the outline, mm.
+    pub fn range_mm(&self) -> (f64, f64) {
+        let contour = self.contour();
+        if contour.is_rectangle() {
+            return self.heights_mm.min_max();
+        }
+        within(&contour, &self.heights_mm).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
+            // Also where a height is not a number.
+            if z.is_nan() { (z, z) } else { (low.min(z), high.max(z)) }
+        })
     }
 
     /// Peak to valley, mm.
     pub fn relief_mm(&self) -> f64 {
-        let (low, high) = self.heights_mm.min_max();
+        let (low, high) = self.range_mm();
         high - low
     }
+}
+
+/// Nodes over which a face loses its curvature beyond its border.
+const FADE: usize = 12;
+/// Nodes from which the curvature at the border is found: what is further away tells less than 1e-9 of it.
+const TELLING: usize = 16;
+
+/// Fills the first and last `count` values of a line, which goes on as the cubic at its border does and soon becomes straight: the
+/// spline through it stays what it was without, where a kink would make it ring.
+fn go_on(line: &mut [f64], count: usize) {
+    for _ in 0..2 {
+        // Second derivatives M per node of the not-a-knot spline: M_1 is the second difference d_1, and (1, 4, 1) M / 6 = d.
+        let known = line.len() - 2 * count;
+        let d = |k: usize| line[count + k - 1] - 2.0 * line[count + k] + line[count + k + 1];
+        let last = TELLING.min(known - 2);
+        let (mut following, mut pivots) = (d(last), [0.0; TELLING + 1]);
+        let mut m = [0.0; TELLING + 1];
+        m[1] = d(1);
+        for k in 2..last {
+            pivots[k] = 1.0 / (4.0 - pivots[k - 1]);
+            m[k] = (6.0 * d(k) - m[k - 1]) * pivots[k];
+        }
+        for k in (2..last).rev() {
+            following = m[k] - pivots[k] * following;
+        }
+        let at_border = 2.0 * m[1] - following;
+        // Beyond, the second difference of a cubic goes on in a straight line.
+        let (mut bend, mut change) = (at_border, at_border - m[1]);
+        for k in 0..count {
+            let share = 1.0 - (k.saturating_sub(2) as f64 / FADE as f64).min(1.0);
+            let at = count - k;
+            line[at - 1] = 2.0 * line[at] - line[at + 1] + bend * share * share * (3.0 - 2.0 * share);
+            bend += change;
+            change *= if k == 0 { 1.0 } else { 0.5 };
+        }
+        line.reverse();
+    }
+}
+
+/// The heights of the nodes within a contour, row by row.
+fn within<'a>(contour: &'a Contour, heights: &'a Field<f64>) -> impl Iterator<Item = f64> + 'a {
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let extent = contour.extent();
+    heights
+        .as_slice()
+        .iter()
+        .enumerate()
+        .filter(move |(k, _)| contour.contains(extent.node(k % nx, k / nx, nx, ny)))
+        .map(|(_, &z)| z)
 }
 
 #[cfg(test)]
@@ -108,7 +196,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_skirt_goes_on_straight_and_leaves_the_face_as_it_is() {
+    fn a_skirt_goes_on_and_leaves_the_face_as_it_is() {
         let face = HeightField::new(
             Extent::new(8.0, 6.0),
             Field::from_fn(9, 7, |i, j| 0.1 * i as f64 - 0.2 * j as f64 + 0.05 * (i * j) as f64),
@@ -131,5 +219,22 @@ mod tests {
             }
         }
         assert_eq!(face.with_skirt(0.0), face);
+    }
+
+    #[test]
+    fn the_spline_of_the_face_does_not_notice_its_skirt() {
+        let face = HeightField::new(
+            Extent::new(20.0, 16.0),
+            Field::from_fn(41, 33, |i, j| {
+                (0.15 * i as f64).sin() + 0.02 * (j * j) as f64 * 0.05 + 0.01 * (i * j) as f64
+            }),
+        );
+        let wide = face.with_skirt(6.0);
+        let (narrow, wide) = (SurfaceSpline::through(&face), SurfaceSpline::through(&wide));
+        for k in 0..400 {
+            let at = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) * 0.8 - 7.6);
+            let (a, b) = (narrow.sample(at), wide.sample(at));
+            assert!((a.slope - b.slope).length() < 1e-5, "{at}: {} and {}", a.slope, b.slope);
+        }
     }
 }

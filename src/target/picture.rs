@@ -129,6 +129,7 @@ impl Picture {
     /// # Errors
     /// A file that cannot be read or decoded, or holds values that are no light.
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
+        let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
         Self::read(BufReader::new(File::open(path)?), transfer, Self::MEMORY)
     }
 

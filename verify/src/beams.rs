@@ -1,7 +1,7 @@
 //! Noise-free irradiance: a regular lattice of rays, and the light between them spread over the receiver.
 
 use crate::{
-    block::{Block, Diagonal},
+    block::{Block, corners, halves},
     film::{Film, Flux, Image, Tally, UNIT},
     trace::{End, Path, Tracer},
 };
@@ -43,14 +43,22 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
         let u = k as f64 / n as f64;
         lo * (1.0 - u) + hi * u
     };
+    let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
+    let columns = tracer.columns(&xs);
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
         .map(|band| {
-            let trace_row = |row: &mut Vec<Path>, j: usize| {
+            let mut scratch = Vec::new();
+            let mut trace_row = |row: &mut Vec<Path>, j: usize| {
                 let y = along(lower.y, upper.y, j, ny);
-                row.clear();
-                row.extend((0..=nx).map(|i| tracer.path_at(DVec2::new(along(lower.x, upper.x, i, nx), y))));
+                match &columns {
+                    Some(columns) => tracer.path_row(columns, y, &mut scratch, row),
+                    None => {
+                        row.clear();
+                        row.extend(xs.iter().map(|&x| tracer.path_at(DVec2::new(x, y))));
+                    }
+                }
             };
             let (mut below, mut above) = (Vec::with_capacity(nx + 1), Vec::with_capacity(nx + 1));
             let mut tally = Tally::default();
@@ -81,15 +89,13 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
         .map(|j| {
             let mut tally = Tally::default();
             for i in 0..columns {
-                let [a, b, c, d] =
-                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| block.node(i, j).truncate());
-                let halves = match block.diagonals[j * columns + i] {
-                    Diagonal::Rising => [[a, b, c], [a, c, d]],
-                    Diagonal::Falling => [[a, b, d], [b, c, d]],
-                };
-                for corners in halves {
+                let nodes = corners(i, j).map(|(i, j)| block.node(i, j).truncate());
+                for half in halves(block.diagonals[j * columns + i]) {
+                    let corners = half.map(|k| nodes[k]);
                     let centre = corners.iter().sum::<DVec2>() / 3.0;
-                    let [a, b, c] = corners.map(|corner| tracer.path_at(corner.lerp(centre, INSIDE)));
+                    let inside = corners.map(|corner| corner.lerp(centre, INSIDE));
+                    let known = tracer.facet_paths((i, j), half, inside);
+                    let [a, b, c] = known.unwrap_or_else(|| inside.map(|at| tracer.path_at(at)));
                     // The fourth corner of a quadrilateral, in the middle of an edge.
                     let middle = match (b.end, c.end) {
                         (End::Receiver(p), End::Receiver(q)) => Path { end: End::Receiver(0.5 * (p + q)), ..b },

@@ -87,6 +87,50 @@ impl Bicubic {
     }
 }
 
+/// Where the columns of a lattice cross a spline, and with which weights.
+#[derive(Clone, Debug)]
+pub(crate) struct Columns(Vec<Column>);
+
+#[derive(Clone, Copy, Debug)]
+struct Column {
+    x: f64,
+    cell: usize,
+    value: [f64; 4],
+    slope: [f64; 4],
+}
+
+impl Bicubic {
+    /// What all rows of a lattice have in common whose columns are at these places, mm.
+    pub(crate) fn columns(&self, xs: &[f64]) -> Columns {
+        let column = |&x: &f64| {
+            let (cell, value, slope) = weights((x - self.lower[0]) * self.per_mm[0], self.cells[0]);
+            Column { x, cell, value, slope }
+        };
+        Columns(xs.iter().map(column).collect())
+    }
+
+    /// Calls `f(x, jet)` for every column of a row: the values of [`jet`](Self::jet), but for rounding. `scratch` is kept from row to
+    /// row for its memory.
+    pub(crate) fn row(&self, columns: &Columns, y: f64, scratch: &mut Vec<[f64; 2]>, mut f: impl FnMut(f64, Jet)) {
+        let (j, wy, dy) = weights((y - self.lower[1]) * self.per_mm[1], self.cells[1]);
+        let width = self.cells[0] + 3;
+        let line = |k: usize| &self.coefficients[(j + k) * width..(j + k + 1) * width];
+        let (a, b, c, d) = (line(0), line(1), line(2), line(3));
+        // Along y once for all columns: coefficients of the height and of its slope along y.
+        scratch.clear();
+        scratch.extend((0..width).map(|i| {
+            let along = |w: [f64; 4]| w[0] * a[i] + w[1] * b[i] + w[2] * c[i] + w[3] * d[i];
+            [along(wy), along(dy)]
+        }));
+        for Column { x, cell, value, slope } in &columns.0 {
+            let [p, q, r, s] = [scratch[*cell], scratch[cell + 1], scratch[cell + 2], scratch[cell + 3]];
+            let along = |w: &[f64; 4], k: usize| w[0] * p[k] + w[1] * q[k] + w[2] * r[k] + w[3] * s[k];
+            let zx = along(slope, 0) * self.per_mm[0];
+            f(*x, Jet { z: along(value, 0), zx, zy: along(value, 1) * self.per_mm[1] });
+        }
+    }
+}
+
 const BAND: usize = 16;
 
 /// Cell index, B-spline weights and their derivatives (per cell) at `at` cells from the first node.
@@ -189,6 +233,23 @@ mod tests {
         [-1.5, 0.0, 0.6109891582690323, -1.0057656236809858, -0.24721740239096537],
         [1.25, -0.6, 0.5145860320134833, 1.4045777379930988, 0.9060711880480203],
     ];
+
+    #[test]
+    fn rows_give_what_points_give() {
+        let spline = grid(23, 40, |x, y| (1.1 * x).sin() * (0.9 * y + 0.3).cos());
+        let xs: Vec<f64> = (0..=90).map(|k| -3.0 + 6.0 * f64::from(k) / 90.0).collect();
+        let (columns, mut scratch) = (spline.columns(&xs), Vec::new());
+        for y in [-2.0, -1.3, 0.0, 0.77, 2.5] {
+            let mut met = 0;
+            spline.row(&columns, y, &mut scratch, |x, jet| {
+                let one = spline.jet(x, y);
+                assert!(x == xs[met] && (jet.z - one.z).abs() < 1e-14);
+                assert!((jet.zx - one.zx).abs() < 1e-13 && (jet.zy - one.zy).abs() < 1e-13);
+                met += 1;
+            });
+            assert_eq!(met, xs.len());
+        }
+    }
 
     #[test]
     fn the_error_falls_with_the_fourth_power_of_the_spacing() {

@@ -49,8 +49,9 @@ pub struct Page<'a> {
     pub caustic: View,
     /// How far the two are apart.
     pub difference: Option<View>,
-    /// The light seen otherwise: with less exact geometry, from other files, after finishing.
-    pub others: Vec<View>,
+    /// The light seen otherwise: with less exact geometry, from other files, after finishing; each with its difference from
+    /// the target.
+    pub others: Vec<(View, View)>,
     /// What each step costs.
     pub budget: Vec<Cost>,
     /// What the solver did.
@@ -175,7 +176,7 @@ pub fn render(page: &Page<'_>) -> String {
         .into_iter()
         .flatten()
         .map(|view| (view, MAIN_PX))
-        .chain(page.others.iter().map(|view| (view, OTHER_PX)))
+        .chain(page.others.iter().flat_map(|(light, difference)| [(light, OTHER_PX), (difference, OTHER_PX)]))
         .collect();
     // Pictures are independent of each other, and compressing them is most of the work.
     let (figures, (face, (scene, still))) = rayon::join(
@@ -193,15 +194,15 @@ pub fn render(page: &Page<'_>) -> String {
         },
     );
     let mut figures = figures.into_iter();
-    let mut next = |wanted: bool| if wanted { figures.next() } else { None };
-    let (target, caustic) = (next(page.target.is_some()), next(true));
-    let difference = next(page.difference.is_some());
+    let target = page.target.as_ref().and_then(|_| figures.next());
+    let caustic = figures.next();
+    let difference = page.difference.as_ref().and_then(|_| figures.next());
     let template = Whole {
         page,
         target,
         caustic,
         difference,
-        others: figures.collect(),
+        others: std::iter::from_fn(|| figures.next().zip(figures.next())).collect(),
         face,
         scene,
         still,
@@ -219,10 +220,10 @@ pub fn render(page: &Page<'_>) -> String {
 
 /// Longer side of a main picture and of the others, pixels, at most.
 const MAIN_PX: u32 = 720;
-const OTHER_PX: u32 = 400;
+const OTHER_PX: u32 = 320;
 /// Longer side of the maps of a face, pixels.
 const MAP_PX: u32 = 480;
-const CONTOURS_PX: u32 = 860;
+const CONTOURS_PX: u32 = 960;
 
 #[derive(Template)]
 #[template(path = "page.html")]
@@ -231,7 +232,7 @@ struct Whole<'a> {
     target: Option<Figure>,
     caustic: Option<Figure>,
     difference: Option<Figure>,
-    others: Vec<Figure>,
+    others: Vec<(Figure, Figure)>,
     face: FaceFigures,
     scene: String,
     still: Still,

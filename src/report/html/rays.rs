@@ -3,7 +3,7 @@
 use super::Model;
 use crate::{
     bench::{Bench, ExitFace},
-    forward::{self, Geometry},
+    forward,
     light::{Incidence, Light},
     surface::SurfaceSpline,
 };
@@ -23,14 +23,15 @@ pub(super) struct RayFan {
 impl RayFan {
     pub(super) fn of(spline: &SurfaceSpline, model: &Model<'_>) -> Self {
         let bench = model.bench;
-        let landings = forward::photon_mesh(spline, bench, Geometry::Displaced, ACROSS, ACROSS);
         let light = Incidence::of(bench);
         let lead_mm = lead_mm(model);
         let ray = |k: usize| {
             let place = bench.block().node(k % ACROSS, k / ACROSS, ACROSS, ACROSS);
-            let exit = place.extend(spline.sample(place).height_mm);
-            let landing = on_receiver(bench, landings.as_slice()[k]);
-            let inside = light.at(exit).direction;
+            let face = spline.sample(place);
+            let exit = place.extend(face.height_mm);
+            let incoming = light.at(exit);
+            let landing = bench.receiver().point(forward::land(&incoming, bench, exit, face.slope));
+            let inside = incoming.direction;
             let (entry, outside) = match bench.exit_face() {
                 ExitFace::Refracts { ior } => {
                     let entry = exit - inside * ((exit.z - model.entry_z_mm) / inside.z);
@@ -49,9 +50,10 @@ impl RayFan {
         Self { rays: (0..ACROSS * ACROSS).map(ray).collect() }
     }
 
-    /// All rays that arrive.
-    pub(super) fn all(&self) -> impl Iterator<Item = &Ray> {
-        self.rays.iter().flatten()
+    /// Every second ray of every second row, the outermost among them: more hide what they light.
+    pub(super) fn some(&self) -> impl Iterator<Item = &Ray> {
+        let rows = self.rays.chunks(ACROSS).step_by(2);
+        rows.flat_map(|row| row.iter().step_by(2)).flatten()
     }
 
     /// Those that leave the block in its middle row or column.
@@ -66,15 +68,10 @@ fn lead_mm(model: &Model<'_>) -> f64 {
     (0.2 * model.bench.distance_mm()).max(0.4 * model.bench.block().as_vec().max_element()) - model.entry_z_mm
 }
 
-/// A place on the receiver in the frame of the bench, mm.
-pub(super) fn on_receiver(bench: &Bench, place: DVec2) -> DVec3 {
-    place.extend(bench.distance_mm())
-}
-
 /// The corners of the window on the receiver as its picture is seen: top left, top right, bottom right, bottom left.
 pub(super) fn window_corners(bench: &Bench) -> [DVec3; 4] {
     let half = 0.5 * bench.window().as_vec();
     // Left is +x, top is +y.
     [DVec2::new(1.0, 1.0), DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0), DVec2::new(1.0, -1.0)]
-        .map(|corner| on_receiver(bench, bench.window_centre_mm() + corner * half))
+        .map(|corner| bench.receiver().point(bench.window_centre_mm() + corner * half))
 }

@@ -43,7 +43,7 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
     let scale = if high > low { 65_535.0 / (high - low) } else { 0.0 };
     let steps: Vec<u8> = heights.iter().flat_map(|h| (((h - low) * scale).round() as u16).to_le_bytes()).collect();
     let point = |p: &DVec3| p.as_vec3().to_array();
-    let rays: Vec<u8> = fan.all().flatten().flat_map(point).flat_map(f32::to_le_bytes).collect();
+    let rays: Vec<u8> = fan.some().flatten().flat_map(point).flat_map(f32::to_le_bytes).collect();
     let extent = model.surface.extent();
     let scene = Scene {
         size: [extent.width_mm, extent.height_mm],

@@ -3,7 +3,7 @@
 use super::{
     Model,
     data::{Px, Spot, figure, mm, path},
-    rays::{RayFan, window_corners},
+    rays::RayFan,
 };
 use crate::{bench::ExitFace, light::Light, surface::SurfaceSpline};
 use askama::Template;
@@ -21,6 +21,13 @@ impl Across {
         match self {
             Self::X => "x",
             Self::Y => "y",
+        }
+    }
+
+    fn unit(self) -> DVec2 {
+        match self {
+            Self::X => DVec2::X,
+            Self::Y => DVec2::Y,
         }
     }
 
@@ -50,7 +57,7 @@ pub(super) struct Section {
     receiver: String,
     axis: String,
     source: Option<(Spot, String)>,
-    light_note: Option<String>,
+    notes: String,
     dimensions: Vec<Dimension>,
     what: String,
 }
@@ -73,7 +80,7 @@ const CONTENT: DVec2 = DVec2::new(410.0, 250.0);
 const LEFT: f64 = 14.0;
 const RIGHT: f64 = 84.0;
 const WIDTH: f64 = LEFT + CONTENT.x + RIGHT;
-const TOP: f64 = 34.0;
+const TOP: f64 = 46.0;
 /// Between dimension lines.
 const RISE: f64 = 26.0;
 
@@ -83,11 +90,9 @@ impl Section {
         let middle: Vec<[DVec2; 4]> =
             fan.middle(across == Across::X).map(|ray| ray.map(|point| across.project(point))).collect();
         let profile = profile(model, spline, across);
-        let window = window_corners(bench).map(|corner| across.project(corner));
-        // Of the four corners the two that are furthest apart across the axis.
-        let end =
-            |sign: f64| window.into_iter().max_by(|a, b| (sign * a.y).total_cmp(&(sign * b.y))).unwrap_or_default();
-        let receiver = [end(1.0), end(-1.0)];
+        let half = across.unit() * (0.5 * bench.window().as_vec());
+        let receiver =
+            [1.0, -1.0].map(|sign| across.project(bench.receiver().point(bench.window_centre_mm() + sign * half)));
         let drawn = middle.iter().flatten().chain(&profile).chain(&receiver);
         let (low, high) = drawn.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
         let span = (high - low).max(DVec2::splat(1e-9));
@@ -109,18 +114,19 @@ impl Section {
         let mut section = Self {
             name: across.name(),
             width: Px(WIDTH),
-            height: Px(bottom + 20.0 + 3.0 * RISE),
+            height: Px(0.0),
             bar: scale_bar(scale),
             block: polyline(&profile) + "Z",
             rays: middle.iter().map(|ray| polyline(ray)).collect(),
             receiver: polyline(&receiver),
             axis: polyline(&[DVec2::new(low.x, 0.0), DVec2::new(high.x, 0.0)]),
             source,
-            light_note: light_note(model, &middle),
+            notes: notes(model, &middle, receiver),
             dimensions: Vec::new(),
             what: String::new(),
         };
         section.dimension(model, across, &profile, receiver, &place, bottom);
+        section.height = Px(section.dimensions.iter().map(|d| d.from.y).fold(bottom, f64::max) + 16.0);
         section.what = format!(
             "Section of the bench in the plane of z and {}: {}",
             section.name,
@@ -139,9 +145,10 @@ impl Section {
         bottom: f64,
     ) {
         let bench = model.bench;
+        let foot = if bench.receiver().is_turned() { 0.0 } else { receiver[1].y };
         let (near, far) =
             profile.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-        let (_, high) = model.surface.heights_mm().min_max();
+        let (_, high) = model.surface.range_mm();
         let top = model.rim_z_mm.map_or(high, |rim| rim.max(high));
         let mut row = bottom + 24.0;
         let mut along = |from: f64, to: f64, at: [f64; 2], text: String| {
@@ -170,12 +177,7 @@ impl Section {
             });
             row += RISE;
         };
-        along(
-            0.0,
-            bench.distance_mm(),
-            [near.y, receiver[1].y],
-            format!("{} to the mean exit plane", mm(bench.distance_mm())),
-        );
+        along(0.0, bench.distance_mm(), [near.y, foot], format!("{} to the mean exit plane", mm(bench.distance_mm())));
         if bench.exit_face() != ExitFace::Reflects {
             along(model.entry_z_mm, top, [near.y; 2], format!("{} thick", mm(top - model.entry_z_mm)));
         }
@@ -236,17 +238,25 @@ fn profile(model: &Model<'_>, spline: &SurfaceSpline, across: Across) -> Vec<DVe
     points
 }
 
-/// The direction of parallel light in the plane of the section, if it is not along the axis.
-fn light_note(model: &Model<'_>, rays: &[[DVec2; 4]]) -> Option<String> {
-    let Light::Parallel { .. } = model.bench.light() else { return None };
-    let [start, entry, ..] = rays.first()?;
-    let way = *entry - *start;
-    let angle = way.y.atan2(way.x.abs()).to_degrees();
-    Some(if angle.abs() < 1e-6 {
-        "parallel light along the axis".to_owned()
-    } else {
-        format!("parallel light at {}° to the axis", figure((angle * 1000.0).round() / 1000.0))
-    })
+/// How parallel light comes and how the receiver leans, in the plane of the section.
+fn notes(model: &Model<'_>, rays: &[[DVec2; 4]], receiver: [DVec2; 2]) -> String {
+    let degrees = |radians: f64| figure((radians.to_degrees() * 100.0).round() / 100.0);
+    let mut notes = Vec::new();
+    if let (Light::Parallel { .. }, Some([start, entry, ..])) = (model.bench.light(), rays.first()) {
+        let way = *entry - *start;
+        let angle = way.y.atan2(way.x.abs());
+        notes.push(if angle.abs() < 1e-6 {
+            "parallel light along the axis".to_owned()
+        } else {
+            format!("parallel light at {}° to the axis", degrees(angle.abs()))
+        });
+    }
+    let along = receiver[0] - receiver[1];
+    let lean = along.x.atan2(along.y);
+    if lean.abs() > 1e-6 {
+        notes.push(format!("receiver leans by {}°", degrees(lean.abs())));
+    }
+    notes.join(", ")
 }
 
 /// A bar of a round length at the top right.

@@ -40,12 +40,12 @@ impl Still {
         let right = towards.cross(DVec3::Y).normalize();
         let up = right.cross(towards);
         let flat = |p: DVec3| DVec2::new(p.dot(right), -p.dot(up));
-        let (_, top) = model.surface.heights_mm().min_max();
+        let (_, top) = model.surface.range_mm();
         let ring = |z: f64| model.outline.iter().map(|p| p.extend(z)).collect::<Vec<_>>();
         let (entry, exit) = (ring(model.entry_z_mm), ring(model.rim_z_mm.unwrap_or(top)));
         let corners = window_corners(model.bench);
         let shown = entry.iter().chain(&exit).chain(&corners).map(|p| flat(*p));
-        let rays: Vec<[DVec2; 4]> = fan.all().step_by(5).map(|ray| ray.map(flat)).collect();
+        let rays: Vec<[DVec2; 4]> = fan.some().step_by(2).map(|ray| ray.map(flat)).collect();
         let (low, high) = shown
             .chain(rays.iter().flatten().copied())
             .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));

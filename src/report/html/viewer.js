@@ -44,7 +44,7 @@
   const [topLeft, topRight, bottomRight, bottomLeft] = scene.receiver;
   const window0 = scene.receiver.reduce((sum, p) => add(sum, p, 0.25), [0, 0, 0]);
 
-  // A vertex: place, height above it that can be stretched, slopes of the face, normal (none: that of the face).
+  // A vertex: place, height above it that can be stretched (above the lowest place of the face, which stays), slopes of the face, normal (none: that of the face).
   const STRIDE = 9;
   const vertices = [], indices = [];
   const vertex = (place, lift, slope, normal) => {
@@ -56,6 +56,7 @@
     const first = points.map((p, k) => vertex(p, lifts[k] ?? 0, [0, 0], normal))[0];
     for (let k = 1; k + 1 < points.length; k++) indices.push(first, first + k, first + k + 1);
   };
+  let squares = 0;
   const buildFace = () => {
     const difference = (f, k, n, step) => {
       const a = Math.max(k - 1, 0), b = Math.min(k + 1, n - 1);
@@ -67,7 +68,8 @@
           difference((k) => height(k, j), i, nx, width / (nx - 1)),
           difference((k) => height(i, k), j, ny, depth / (ny - 1)),
         ];
-        vertex([...node(i, j), 0], height(i, j), slope, [0, 0, 0]);
+        squares += slope[0] ** 2 + slope[1] ** 2;
+        vertex([...node(i, j), low], height(i, j) - low, slope, [0, 0, 0]);
       }
     }
     for (let j = 0; j + 1 < ny; j++) {
@@ -81,7 +83,7 @@
     const foot = scene.rim === null ? entry : rim;
     const wall = (i, j, k, l, normal) => {
       const [a, b] = [node(i, j), node(k, l)], turned = scene.rim !== null && rim > height(i, j) ? normal.map((v) => -v) : normal;
-      flat([[...a, foot], [...b, foot], [...b, 0], [...a, 0]], turned, [0, 0, height(k, l), height(i, j)]);
+      flat([[...a, foot], [...b, foot], [...b, low], [...a, low]], turned, [0, 0, height(k, l) - low, height(i, j) - low]);
     };
     for (let i = 0; i + 1 < nx; i++) {
       wall(i, 0, i + 1, 0, [0, -1, 0]);
@@ -107,6 +109,23 @@
   };
   buildFace();
   buildRest();
+  // Slopes of a few degrees are hardly seen: they are shaded as steep as this, whatever they are.
+  const steep = Math.max(1, 0.4 / Math.sqrt(squares / (nx * ny) || 1));
+
+  // Edges as pairs of points, the last number of each the height above it that can be stretched.
+  const edges = [];
+  const edge = (a, b) => edges.push(...a, ...b);
+  const round = (points) => points.forEach((p, k) => edge(p, points[(k + 1) % points.length]));
+  const onBorder = (i, j) => [...node(i, j), low, height(i, j) - low];
+  for (let i = 0; i + 1 < nx; i++) for (const j of [0, ny - 1]) edge(onBorder(i, j), onBorder(i + 1, j));
+  for (let j = 0; j + 1 < ny; j++) for (const i of [0, nx - 1]) edge(onBorder(i, j), onBorder(i, j + 1));
+  round(scene.outline.map((p) => [...p, scene.entry, 0]));
+  if (scene.rim === null) {
+    for (const i of [0, nx - 1]) for (const j of [0, ny - 1]) edge([...node(i, j), scene.entry, 0], onBorder(i, j));
+  } else {
+    round(scene.outline.map((p) => [...p, rim, 0]));
+    scene.outline.forEach((p) => edge([...p, scene.entry, 0], [...p, rim, 0]));
+  }
 
   // ---- programs ----
   const compile = (vertexSource, fragmentSource) => {
@@ -129,43 +148,50 @@
   const GLASS = [`
     layout(location = 0) in vec3 place; layout(location = 1) in float lift;
     layout(location = 2) in vec2 slope; layout(location = 3) in vec3 side;
-    uniform mat4 view; uniform float stretch;
+    uniform mat4 view; uniform float stretch, steep;
     out vec3 at; out vec3 normal;
     void main() {
       at = place + vec3(0.0, 0.0, stretch * lift);
-      normal = dot(side, side) > 0.0 ? side : vec3(-stretch * slope, 1.0);
+      normal = dot(side, side) > 0.0 ? side : vec3(-stretch * steep * slope, 1.0);
       gl_Position = view * vec4(at, 1.0);
     }`, `
     in vec3 at; in vec3 normal; uniform vec3 eye; uniform float matte; out vec4 colour;
-    // A studio: a dim room with two soft boxes and a strip.
+    // A studio: a dim room, two soft boxes, and a row of lamps, whose bent images show every slope.
     vec3 room(vec3 d) {
-      vec3 base = mix(vec3(0.05, 0.07, 0.10), vec3(0.30, 0.37, 0.46), smoothstep(-0.6, 0.9, d.y));
-      float key = smoothstep(0.55, 0.95, dot(d, normalize(vec3(-0.55, 0.75, 0.55))));
-      float fill = smoothstep(0.75, 0.98, dot(d, normalize(vec3(0.8, 0.25, -0.5))));
-      float strip = smoothstep(0.10, 0.02, abs(d.y - 0.32)) * smoothstep(0.2, 0.7, abs(d.z));
-      return base + vec3(1.0, 0.98, 0.94) * (1.1 * key + 0.5 * strip) + vec3(0.55, 0.72, 1.0) * 0.6 * fill;
+      vec3 base = mix(vec3(0.05, 0.08, 0.12), vec3(0.36, 0.46, 0.58), smoothstep(-0.7, 0.8, d.y));
+      float key = smoothstep(0.55, 0.95, dot(d, normalize(vec3(-0.40, 0.62, 0.68))));
+      float fill = smoothstep(0.60, 0.97, dot(d, normalize(vec3(0.75, 0.25, -0.60))));
+      float lamps = smoothstep(0.35, 0.95, sin(11.0 * d.y + 4.0 * d.x));
+      return base + vec3(1.0, 0.98, 0.95) * (1.1 * key + 0.16 * lamps) + vec3(0.60, 0.78, 1.0) * 0.6 * fill;
     }
     void main() {
       vec3 v = normalize(eye - at), n = normalize(normal);
-      bool front = dot(n, v) > 0.0;
-      n = front ? n : -n;
+      n = dot(n, v) > 0.0 ? n : -n;
       float c = max(dot(n, v), 0.0);
-      float mirror = 0.04 + 0.96 * pow(1.0 - c, 5.0);
-      vec3 bent = refract(-v, n, 0.67);
-      vec3 through = vec3(0.62, 0.80, 0.92) * (0.25 + 0.75 * room(bent));
-      vec3 glass = mix(through, room(reflect(-v, n)), clamp(mirror + 0.10, 0.0, 1.0));
-      vec3 light = normalize(vec3(-0.5, 0.65, 0.55));
-      float tone = 0.22 + 0.62 * max(dot(n, light), 0.0) + 0.25 * max(dot(n, normalize(vec3(0.7, 0.2, -0.6))), 0.0);
-      vec3 shade = vec3(0.93, 0.94, 0.96) * tone;
-      float alpha = mix(clamp(0.30 + 0.7 * mirror, 0.0, 1.0), 1.0, matte);
+      float mirror = 0.06 + 0.94 * pow(1.0 - c, 4.0);
+      vec3 through = vec3(0.52, 0.76, 0.95) * (0.12 + 0.9 * room(refract(-v, n, 0.67)));
+      vec3 glass = mix(through, room(reflect(-v, n)), clamp(mirror + 0.2, 0.0, 1.0));
+      float tone = 0.16 + 0.74 * max(dot(n, normalize(vec3(-0.55, 0.65, 0.52))), 0.0) + 0.16 * max(dot(n, normalize(vec3(0.7, 0.2, -0.6))), 0.0);
+      vec3 shade = vec3(0.95, 0.955, 0.97) * tone;
+      float alpha = mix(clamp(0.40 + 0.6 * mirror, 0.0, 1.0), 1.0, matte);
       colour = vec4(mix(glass, shade, matte) * alpha, alpha);
     }`];
+  const EDGES = [`
+    layout(location = 0) in vec3 place; layout(location = 1) in float lift;
+    uniform mat4 view; uniform float stretch;
+    void main() {
+      gl_Position = view * vec4(place + vec3(0.0, 0.0, stretch * lift), 1.0);
+      // In front of the faces that meet there.
+      gl_Position.z -= 0.0006 * gl_Position.w;
+    }`, `
+    uniform float strength; out vec4 colour;
+    void main() { colour = vec4(0.80, 0.91, 1.0, 1.0) * strength; }`];
   const RAYS = [`
     layout(location = 0) in vec3 place; layout(location = 1) in float weight;
     uniform mat4 view; out float shown;
     void main() { shown = weight; gl_Position = view * vec4(place, 1.0); }`, `
-    in float shown; out vec4 colour;
-    void main() { colour = vec4(vec3(1.0, 0.76, 0.40) * shown, 0.0); }`];
+    in float shown; uniform float strength; out vec4 colour;
+    void main() { colour = vec4(vec3(1.0, 0.76, 0.40) * shown * strength, 0.0); }`];
   const PICTURE = [`
     layout(location = 0) in vec3 place; layout(location = 1) in vec2 corner;
     uniform mat4 view; out vec2 uv;
@@ -206,11 +232,12 @@
     const lines = [];
     for (let k = 0; k + 11 < rays.length; k += 12) {
       // Start, entry, exit, landing; parallel light fades in.
-      for (const [a, b, from, to] of [[0, 1, 0.02, 0.16], [1, 2, 0.16, 0.16], [2, 3, 0.2, 0.12]]) {
+      for (const [a, b, from, to] of [[0, 1, 0.0, 0.34], [1, 2, 0.3, 0.3], [2, 3, 0.42, 0.1]]) {
         lines.push(...rays.subarray(k + 3 * a, k + 3 * a + 3), from, ...rays.subarray(k + 3 * b, k + 3 * b + 3), to);
       }
     }
     const light = array(() => { buffer(gl.ARRAY_BUFFER, new Float32Array(lines)); layout(4, 3, 1); });
+    const border = array(() => { buffer(gl.ARRAY_BUFFER, new Float32Array(edges)); layout(4, 3, 1); });
     const corners = [...topLeft, 0, 0, ...topRight, 1, 0, ...bottomRight, 1, 1, ...bottomLeft, 0, 1];
     const picture = array(() => { buffer(gl.ARRAY_BUFFER, new Float32Array(corners)); layout(5, 3, 2); });
     const texture = gl.createTexture();
@@ -222,7 +249,7 @@
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
     const sharp = gl.getExtension("EXT_texture_filter_anisotropic");
     if (sharp) gl.texParameterf(gl.TEXTURE_2D, sharp.TEXTURE_MAX_ANISOTROPY_EXT, 8);
-    parts = { glass: compile(...GLASS), ray: compile(...RAYS), wall: compile(...PICTURE), block, light, picture, texture, count: lines.length / 4 };
+    parts = { glass: compile(...GLASS), ray: compile(...RAYS), wall: compile(...PICTURE), edge: compile(...EDGES), block, border, light, picture, texture, count: lines.length / 4 };
   };
 
   // ---- the camera ----
@@ -230,38 +257,52 @@
   const reach = (points, centre) => points.reduce((most, p) => Math.max(most, Math.hypot(...add(p, centre, -1))), 0);
   const blockPoints = scene.outline.flatMap((p) => [[...p, scene.entry], [...p, Math.max(high, rim)]]);
   const everything = [...blockPoints, ...scene.receiver];
+  // Rays that all begin in one point come from a source, which is part of the bench.
+  const begin = (k) => [...rays.subarray(12 * k, 12 * k + 3)];
+  const lamp = rays.length >= 24 && `${begin(0)}` === `${begin(rays.length / 12 - 1)}` ? begin(0) : null;
+  if (lamp) everything.push(lamp);
   const middle = (points) => [0, 1, 2].map((k) => {
     const values = points.map((p) => p[k]);
     return (Math.min(...values) + Math.max(...values)) / 2;
   });
   const away = (direction) => ({ yaw: Math.atan2(direction[0], direction[2]), pitch: Math.asin(unit(direction)[1]) });
-  // How far away a camera has to be for all points to be in sight.
-  const distanceFor = (points, at, { yaw, pitch }) => {
+  const frameOf = ({ yaw, pitch }) => {
     const back = [Math.cos(pitch) * Math.sin(yaw), Math.sin(pitch), Math.cos(pitch) * Math.cos(yaw)];
-    const right = unit(cross([0, 1, 0], back)), up = cross(back, right);
-    const tall = Math.tan(ANGLE / 2) * 0.92, wide = tall * Math.max(canvas.clientWidth / Math.max(canvas.clientHeight, 1), 0.2);
-    return points.reduce((most, p) => {
-      const q = add(p, at, -1);
-      return Math.max(most, dot(q, back) + Math.abs(dot(q, right)) / wide, dot(q, back) + Math.abs(dot(q, up)) / tall);
-    }, 1);
+    const right = unit(cross([0, 1, 0], back));
+    return [right, cross(back, right), back];
+  };
+  const aspect = () => clamp(canvas.clientWidth / Math.max(canvas.clientHeight, 1), 0.2, 5);
+  // Where a camera that looks this way has to be for all points to be in sight and in the middle.
+  const fit = (points, direction, margin) => {
+    const way = away(direction), [right, up, back] = frameOf(way);
+    const tall = Math.tan(ANGLE / 2) * margin, wide = tall * aspect();
+    let at = middle(points), distance = 1;
+    for (let round = 0; round < 6; round++) {
+      const seen = points.map((p) => add(p, at, -1)).map((q) => [dot(q, right), dot(q, up), dot(q, back)]);
+      distance = seen.reduce((most, [x, y, z]) => Math.max(most, z + Math.abs(x) / wide, z + Math.abs(y) / tall), 1);
+      const shown = (k) => seen.map((q) => q[k] / (distance - q[2]));
+      const centre = (values) => (0.5 * (Math.min(...values) + Math.max(...values))) * distance;
+      at = add(add(at, right, centre(shown(0))), up, centre(shown(1)));
+    }
+    return { ...way, at, distance };
   };
   const facing = unit(cross(add(topRight, topLeft, -1), add(bottomLeft, topLeft, -1)));
   const inward = dot(facing, window0) > 0 ? facing.map((v) => -v) : facing;
   const views = {
-    bench: () => { const d = away([-0.92, 0.42, -0.62]), at = middle(everything); return { ...d, at, distance: distanceFor(everything, at, d) }; },
-    block: () => {
-      const d = away([0.55, 0.5, 0.95]), at = middle(blockPoints);
-      return { ...d, at, distance: 1.04 * distanceFor(blockPoints, at, d) };
+    // On a wide screen more from the side, on a tall one more along the light.
+    bench: () => {
+      const side = clamp((aspect() - 0.6) / 1.4, 0, 1);
+      return fit(everything, [-0.55 - 0.4 * side, 0.42 - 0.1 * side, -0.85 + 0.33 * side], 0.84);
     },
-    picture: () => { const d = away(inward), at = window0; return { ...d, at, distance: 1.04 * distanceFor(scene.receiver, at, d) }; },
+    block: () => fit(blockPoints, [0.5, 0.42, 0.95], 0.8),
+    picture: () => fit(scene.receiver, inward, 0.86),
   };
   const size = reach(everything, middle(everything));
-  let camera = views.bench(), moved = false, animation = 0, pending = false;
+  let camera = views.bench(), moved = false, focus = "bench", animation = 0, pending = false;
   const shown = { rays: true, receiver: true, matte: false };
   let stretch = 1;
 
-  const eyeOf = ({ at, yaw, pitch, distance }) =>
-    add(at, [Math.cos(pitch) * Math.sin(yaw), Math.sin(pitch), Math.cos(pitch) * Math.cos(yaw)], distance);
+  const eyeOf = (view) => add(view.at, frameOf(view)[2], view.distance);
   const redraw = () => {
     if (pending) return;
     pending = true;
@@ -302,6 +343,7 @@
       gl.depthMask(false);
       gl.useProgram(parts.ray.program);
       gl.uniformMatrix4fv(parts.ray.places.view, false, view);
+      gl.uniform1f(parts.ray.places.strength, focus === "block" ? 0.4 : 1);
       gl.bindVertexArray(parts.light);
       gl.drawArrays(gl.LINES, 0, parts.count);
       gl.depthMask(true);
@@ -312,9 +354,13 @@
     gl.uniformMatrix4fv(places.view, false, view);
     gl.uniform3fv(places.eye, eye);
     gl.uniform1f(places.stretch, stretch);
+    gl.uniform1f(places.steep, Math.max(1, steep / stretch));
     gl.uniform1f(places.matte, shown.matte ? 1 : 0);
     gl.bindVertexArray(parts.block);
-    if (shown.matte) {
+    // Whoever looks at the picture from behind the block wants to see the picture.
+    if (focus === "picture") {
+      // Its edges are enough.
+    } else if (shown.matte) {
       gl.drawElements(gl.TRIANGLES, indices.length, gl.UNSIGNED_INT, 0);
       drawRays();
     } else {
@@ -325,6 +371,21 @@
         gl.drawElements(gl.TRIANGLES, indices.length, gl.UNSIGNED_INT, 0);
       }
       gl.disable(gl.CULL_FACE);
+    }
+    gl.useProgram(parts.edge.program);
+    gl.uniformMatrix4fv(parts.edge.places.view, false, view);
+    gl.uniform1f(parts.edge.places.stretch, stretch);
+    gl.bindVertexArray(parts.border);
+    if (!shown.matte || focus === "picture") {
+      // Hidden edges shine through glass.
+      gl.disable(gl.DEPTH_TEST);
+      gl.uniform1f(parts.edge.places.strength, 0.22);
+      gl.drawArrays(gl.LINES, 0, edges.length / 4);
+      gl.enable(gl.DEPTH_TEST);
+    }
+    if (focus !== "picture") {
+      gl.uniform1f(parts.edge.places.strength, shown.matte ? 0.35 : 0.6);
+      gl.drawArrays(gl.LINES, 0, edges.length / 4);
     }
     gl.bindVertexArray(null);
     placeTags(view, w / ratio, h / ratio);
@@ -344,6 +405,7 @@
     tag("receiver", bottomRight),
     tag("+x", [half[0] * 1.12, 0, 0]),
     tag("+y", [0, half[1] * 1.12, 0]),
+    ...(lamp ? [tag("light", lamp)] : []),
   ];
   const placeTags = (view, w, h) => {
     for (const { span, place } of words) {
@@ -384,7 +446,7 @@
   const rotate = (dx, dy) => touchCamera({ yaw: camera.yaw - 0.008 * dx, pitch: camera.pitch + 0.008 * dy });
   const zoom = (factor) => touchCamera({ distance: camera.distance * factor });
   const shift = (dx, dy) => {
-    const back = unit(add(eyeOf(camera), camera.at, -1)), right = unit(cross([0, 1, 0], back)), up = cross(back, right);
+    const [right, up] = frameOf(camera);
     const scale = (2 * camera.distance * Math.tan(ANGLE / 2)) / Math.max(canvas.clientHeight, 1);
     touchCamera({ at: add(add(camera.at, right, -dx * scale), up, dy * scale) });
   };
@@ -450,11 +512,16 @@
     setShown("receiver", true);
     setShown("matte", false);
     moved = false;
+    focus = "bench";
     go(views.bench());
   };
   stage.querySelector('[data-do="reset"]').addEventListener("click", reset);
   for (const button of stage.querySelectorAll("[data-view]")) {
-    button.addEventListener("click", () => { moved = true; go(views[button.dataset.view]()); });
+    button.addEventListener("click", () => {
+      moved = true;
+      focus = button.dataset.view;
+      go(views[focus]());
+    });
   }
   for (const button of stage.querySelectorAll("[data-toggle]")) {
     button.addEventListener("click", () => setShown(button.dataset.toggle, !shown[button.dataset.toggle]));

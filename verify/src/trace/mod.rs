@@ -13,6 +13,7 @@ use crate::{
     scene::{Optics, Scene, SceneError},
     spread::{Dice, Spread},
 };
+use block::Lattice;
 use glam::DVec2;
 
 /// How the way of a ray ends.
@@ -142,6 +143,35 @@ impl Tracer {
         match &self.kind {
             Kind::Block(block) => block.path_at(at_mm),
             Kind::Solid(solid) => solid.path_at(at_mm),
+        }
+    }
+
+    /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row) can follow them.
+    pub(crate) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
+        match &self.kind {
+            Kind::Block(block) => block.columns(xs),
+            Kind::Solid(_) => None,
+        }
+    }
+
+    /// The paths of [`path_at`](Self::path_at) for a row of rays, up to rounding.
+    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, scratch: &mut Vec<[f64; 2]>, out: &mut Vec<Path>) {
+        if let Kind::Block(block) = &self.kind {
+            block.path_row(columns, y, scratch, out);
+        }
+    }
+
+    /// The paths of [`path_at`](Self::path_at) at points of the plan of one facet of a cell, if it is known to be met there.
+    #[inline]
+    pub(crate) fn facet_paths<const N: usize>(
+        &self,
+        cell: (usize, usize),
+        half: [usize; 3],
+        at: [DVec2; N],
+    ) -> Option<[Path; N]> {
+        match &self.kind {
+            Kind::Block(block) => block.facet_paths(cell, half, at),
+            Kind::Solid(_) => None,
         }
     }
 

@@ -1,0 +1,128 @@
+//! What a command says: to a person on standard output, or to a program as one JSON document; warnings, errors, progress and
+//! traces go to standard error either way. Colours only for terminals, and never under NO_COLOR.
+
+use super::{error::Failure, json};
+use anstyle::{AnsiColor, Style};
+use std::{
+    fmt,
+    io::Write,
+    process::ExitCode,
+    sync::{Mutex, OnceLock, PoisonError},
+};
+use tracing_subscriber::{filter::LevelFilter, fmt::format::FmtSpan};
+
+/// Who reads standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reader {
+    Person,
+    Program,
+}
+
+static READER: OnceLock<Reader> = OnceLock::new();
+static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+static RESULT: Mutex<Option<json::Result>> = Mutex::new(None);
+
+fn reader() -> Reader {
+    *READER.get().unwrap_or(&Reader::Person)
+}
+
+/// Chooses the reader, and how much is traced: 0 nothing, 1 stages with their times, 2 and 3 more.
+pub(crate) fn open(reader: Reader, verbosity: u8) {
+    let _ = READER.set(reader);
+    let level = match verbosity {
+        0 => return,
+        1 => LevelFilter::INFO,
+        2 => LevelFilter::DEBUG,
+        _ => LevelFilter::TRACE,
+    };
+    let colour = anstream::AutoStream::choice(&std::io::stderr()) != anstream::ColorChoice::Never;
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_span_events(FmtSpan::CLOSE)
+        .with_target(verbosity > 1)
+        .with_ansi(colour)
+        .with_writer(std::io::stderr)
+        .with_timer(tracing_subscriber::fmt::time::uptime())
+        .init();
+}
+
+/// Prints a line for a person. A reader that has gone away, such as `head`, has heard enough.
+pub(crate) fn line(text: fmt::Arguments<'_>) {
+    if reader() == Reader::Person {
+        let _ = writeln!(anstream::stdout(), "{text}");
+    }
+}
+
+/// The same without the end of the line.
+pub(crate) fn part(text: fmt::Arguments<'_>) {
+    if reader() == Reader::Person {
+        let _ = write!(anstream::stdout(), "{text}");
+    }
+}
+
+/// A line for a person on standard output.
+macro_rules! say {
+    ($($words:tt)*) => { $crate::cli::console::line(format_args!($($words)*)) };
+}
+
+/// A part of such a line.
+macro_rules! say_part {
+    ($($words:tt)*) => { $crate::cli::console::part(format_args!($($words)*)) };
+}
+
+pub(crate) use {say, say_part};
+
+/// Text in a colour.
+pub(crate) fn coloured(text: &str, colour: AnsiColor) -> String {
+    let style = Style::new().fg_color(Some(colour.into())).bold();
+    format!("{style}{text}{style:#}")
+}
+
+/// Warns.
+pub(crate) fn warn(text: impl fmt::Display) {
+    let text = text.to_string();
+    let _ = writeln!(anstream::stderr(), "{}: {text}", coloured("warning", AnsiColor::Yellow));
+    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+}
+
+/// Tells that a signal has ended the run.
+pub(crate) fn interrupted() {
+    let _ = writeln!(anstream::stderr(), "\ninterrupted; nothing half-written was left");
+}
+
+/// Keeps what a program will read.
+pub(crate) fn result(result: json::Result) {
+    *RESULT.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
+}
+
+/// Tells how the command ended.
+pub(crate) fn close(command: &str, done: Result<(), Failure>) -> ExitCode {
+    let code = done.as_ref().err().map_or(0, Failure::code);
+    if let Err(failure) = &done {
+        let mut text = format!("{}: {failure}", coloured("error", AnsiColor::Red));
+        for cause in failure.causes() {
+            text += &format!("\n  because: {cause}");
+        }
+        let _ = writeln!(anstream::stderr(), "{text}");
+    }
+    if reader() == Reader::Program {
+        let document = json::Document {
+            schema: json::SCHEMA,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: command.to_owned(),
+            exit_code: code,
+            warnings: std::mem::take(&mut *WARNINGS.lock().unwrap_or_else(PoisonError::into_inner)),
+            error: done.err().map(|failure| json::Fault {
+                kind: failure.kind(),
+                message: failure.to_string(),
+                causes: failure.causes(),
+            }),
+            result: RESULT.lock().unwrap_or_else(PoisonError::into_inner).take(),
+        };
+        match serde_json::to_string_pretty(&document) {
+            Ok(text) => drop(writeln!(std::io::stdout(), "{text}")),
+            Err(error) => drop(writeln!(std::io::stderr(), "error: the result cannot be written as JSON: {error}")),
+        }
+    }
+    ExitCode::from(code)
+}

@@ -1,0 +1,53 @@
+//! Memory: what a design will take, and what the machine has.
+
+use super::{design::DesignArgs, error::Failure, plan::Plan, settings::SolverName};
+use glasswarp::{
+    export::Format,
+    memory::{Bytes, Load, Method},
+};
+use std::path::PathBuf;
+
+/// Refuses a design that would not fit into the memory that is free, and says what would. Returns what it is expected to take.
+pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], args: &DesignArgs) -> Result<Bytes, Failure> {
+    let cells = plan.target.cells();
+    let mut load = Load::new(plan.nodes, (cells.nx(), cells.ny()));
+    if plan.solver != SolverName::Transport {
+        load = load.by(Method::Warping);
+    }
+    if args.is_verified() {
+        let with_normals = |path: &&PathBuf| matches!(Format::from_path(path), Ok(Format::Obj | Format::Glb));
+        let with_normals = outputs.iter().filter(with_normals).count();
+        load = load.verified(with_normals, outputs.len().saturating_sub(1 + with_normals));
+    }
+    let expected = load.peak();
+    let free = free();
+    tracing::info!(%expected, free = free.map(tracing::field::display), "memory");
+    match free {
+        Some(free) if expected > free && !args.ignores_memory() => {
+            let remedy = match load.most_nodes_within(free) {
+                Some(across) => format!("take at most --nodes {across}"),
+                None => "take a smaller picture".into(),
+            };
+            Err(Failure::Usage(format!(
+                "this design takes about {expected} of memory, and {free} are free: {remedy}, write fewer files, leave out the verification (--no-verify), close other programs, or try all the same (--ignore-memory)"
+            )))
+        }
+        _ => Ok(expected),
+    }
+}
+
+/// Memory that can be had without swapping, if the system tells: less where a container is bounded.
+/// `GLASSWARP_MEMORY`, in MB, stands in for it.
+fn free() -> Option<Bytes> {
+    if let Some(megabytes) = std::env::var("GLASSWARP_MEMORY").ok().and_then(|text| text.parse::<u64>().ok()) {
+        return Some(Bytes(megabytes.saturating_mul(1_000_000)));
+    }
+    if !sysinfo::IS_SUPPORTED_SYSTEM {
+        return None;
+    }
+    let mut system = sysinfo::System::new();
+    system.refresh_memory();
+    let bounded = system.cgroup_limits().map(|limits| limits.free_memory).filter(|free| *free > 0);
+    let free = system.available_memory().min(bounded.unwrap_or(u64::MAX));
+    (free > 0).then_some(Bytes(free))
+}

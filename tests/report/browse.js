@@ -1,0 +1,180 @@
+// Arguments: the browser, a page of HTML, a folder for screenshots. Prints what it found as JSON.
+"use strict";
+const puppeteer = require("puppeteer-core");
+const { execFileSync } = require("node:child_process");
+const { pathToFileURL } = require("node:url");
+const path = require("node:path");
+
+const [browserName, pageFile, shots] = process.argv.slice(1);
+const address = pathToFileURL(pageFile).href;
+const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+async function main() {
+  const executablePath = execFileSync("sh", ["-c", 'command -v "$1"', "sh", browserName]).toString().trim();
+  const root = process.getuid && process.getuid() === 0;
+  const browser = await puppeteer.launch({
+    executablePath,
+    headless: true,
+    args: ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", ...(root ? ["--no-sandbox"] : [])],
+  });
+  const found = { console: [], requests: [], sideways: [] };
+  const watch = (page) => {
+    page.on("console", (message) => {
+      if (["error", "warn", "warning"].includes(message.type())) found.console.push(message.text());
+    });
+    page.on("pageerror", (error) => found.console.push(String(error)));
+    page.on("request", (request) => {
+      if (request.url() !== address && !request.url().startsWith("data:")) found.requests.push(request.url());
+    });
+  };
+  try {
+    const page = await browser.newPage();
+    watch(page);
+    await page.setViewport({ width: 1200, height: 900 });
+    await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: "light" }, { name: "prefers-reduced-motion", value: "reduce" }]);
+    await page.goto(address);
+    await page.waitForSelector(".stage.live", { timeout: 30000 }).catch(() => {});
+    found.live = (await page.$(".stage.live")) !== null;
+    Object.assign(found, await page.evaluate(async () => {
+      const images = [...document.images];
+      images.forEach((image) => { image.loading = "eager"; });
+      await Promise.all(images.map((image) => image.decode().catch(() => {})));
+      const levels = [...document.querySelectorAll("h1,h2,h3,h4")].map((heading) => Number(heading.tagName[1]));
+      const stepped = levels.every((level, k) => level - (k ? levels[k - 1] : 0) <= 1);
+      const words = (element) => (element.getAttribute("alt") ?? element.getAttribute("aria-label") ?? "").trim();
+      const vectors = [...document.querySelectorAll('svg[role="img"], canvas')];
+      return {
+        images: images.length,
+        unnamed: [...images, ...vectors].filter((element) => words(element).length < 10).map((element) => element.outerHTML.slice(0, 80)),
+        broken: images.filter((image) => !image.naturalWidth).map((image) => image.alt),
+        headings: stepped && levels.filter((level) => level === 1).length === 1 ? "fine" : levels.join(),
+        command: document.getElementById("command").textContent,
+      };
+    }));
+
+    // What the keyboard reaches, in order, until it comes round.
+    const reached = [];
+    for (let k = 0; k < 60; k++) {
+      await page.keyboard.press("Tab");
+      const what = await page.evaluate(() => {
+        const element = document.activeElement;
+        return element === document.body ? "" : `${element.tagName} ${element.textContent.trim().slice(0, 20)}${element.getAttribute("aria-label") ?? ""}`;
+      });
+      if (!what) break;
+      reached.push(what);
+    }
+    const wanted = ["CANVAS", "BUTTON Reset", "BUTTON Bench", "BUTTON Rays", "BUTTON Receiver", "BUTTON Matte", "INPUT", "BUTTON Copy"];
+    const missed = wanted.filter((name) => !reached.some((what) => what.startsWith(name)));
+    found.focus = missed.length ? `missed ${missed} among ${reached}` : "fine";
+    await page.evaluate(() => { document.activeElement.blur(); document.querySelector("#viewer").scrollIntoView({ block: "center", behavior: "instant" }); });
+
+    const canvas = await page.$("#viewer canvas");
+    const box = await canvas.boundingBox();
+    const middle = [box.x + box.width / 2, box.y + box.height / 2];
+    const settle = async () => {
+      await page.mouse.move(2, 2);
+      await page.evaluate(() => { document.activeElement.blur(); });
+      await pause(250);
+    };
+    const shoot = async (name) => {
+      await settle();
+      await canvas.screenshot({ path: path.join(shots, `${name}.png`) });
+    };
+    const click = (selector) => page.click(`#viewer ${selector}`);
+    const reset = async (name) => {
+      await click('[data-do="reset"]');
+      if (name) await shoot(`${name}-reset`);
+    };
+    const drag = async () => {
+      await page.mouse.move(...middle);
+      await page.mouse.down();
+      await page.mouse.move(middle[0] + 140, middle[1] + 50, { steps: 5 });
+      await page.mouse.up();
+    };
+    await shoot("start");
+    await drag();
+    await shoot("dragged");
+    await page.mouse.move(...middle);
+    await page.mouse.wheel({ deltaY: -300 });
+    await shoot("zoomed");
+    await reset("dragged");
+    await page.focus("#viewer canvas");
+    for (const key of ["ArrowLeft", "ArrowLeft", "ArrowDown", "+"]) await page.keyboard.press(key);
+    await shoot("keyed");
+    await reset("keyed");
+    await page.keyboard.down("Shift");
+    await drag();
+    await page.keyboard.up("Shift");
+    await shoot("panned");
+    await reset();
+    for (const [name, button] of [["no-rays", "rays"], ["no-receiver", "receiver"], ["matte", "matte"]]) {
+      await click(`[data-toggle="${button}"]`);
+      await shoot(name);
+      await click(`[data-toggle="${button}"]`);
+    }
+    await page.evaluate(() => {
+      const slider = document.querySelector("#viewer input");
+      slider.value = 6;
+      slider.dispatchEvent(new Event("input"));
+    });
+    await shoot("stretched");
+    await reset("stretched");
+    await click('[data-view="block"]');
+    await shoot("block");
+    await click('[data-view="picture"]');
+    await shoot("picture");
+    await reset("picture");
+    // Two fingers that move apart.
+    const session = await page.createCDPSession();
+    const touch = (type, ...points) => session.send("Input.dispatchTouchEvent", {
+      type, touchPoints: points.map(([x, y], id) => ({ x, y, id })),
+    });
+    await touch("touchStart", [middle[0] - 40, middle[1]], [middle[0] + 40, middle[1]]);
+    for (let k = 1; k <= 4; k++) await touch("touchMove", [middle[0] - 40 - 20 * k, middle[1]], [middle[0] + 40 + 20 * k, middle[1]]);
+    await touch("touchEnd");
+    await shoot("pinched");
+    await reset("pinched");
+
+    for (const width of [360, 820, 1440]) {
+      await page.setViewport({ width, height: 900 });
+      await pause(100);
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+      if (wide > width) found.sideways.push(`${wide} at ${width}`);
+    }
+    await page.setViewport({ width: 1200, height: 900 });
+    await page.evaluate(() => scrollTo({ top: 0, behavior: "instant" }));
+    for (const scheme of ["light", "dark"]) {
+      await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+      await pause(200);
+      await page.screenshot({ path: path.join(shots, `page-${scheme}.png`), clip: { x: 0, y: 0, width: 1200, height: 420 } });
+    }
+    const pdf = Buffer.from(await page.pdf({ format: "A4", printBackground: true })).toString("latin1");
+    found["pdf-pages"] = (pdf.match(/\/Type\s*\/Page[^s]/g) ?? []).length;
+    await page.close();
+
+    // The same page where there is no WebGL 2, and where scripts do not run.
+    const visible = () => {
+      const shown = (selector) => getComputedStyle(document.querySelector(selector)).display !== "none";
+      const right = shown(".still") && shown(".no-model") && !shown(".stage canvas") && !shown(".tools");
+      return right ? "fine" : "not as it should be";
+    };
+    const plain = await browser.newPage();
+    watch(plain);
+    await plain.evaluateOnNewDocument(() => { HTMLCanvasElement.prototype.getContext = () => null; });
+    await plain.goto(address);
+    found.still = await plain.evaluate(visible);
+    await plain.close();
+    const unscripted = await browser.newPage();
+    await unscripted.setJavaScriptEnabled(false);
+    await unscripted.goto(address);
+    found.unscripted = await unscripted.evaluate(visible);
+  } finally {
+    await browser.close();
+  }
+  console.log(JSON.stringify(found));
+}
+
+main().catch((error) => {
+  console.error(error);
+  process.exit(1);
+});
