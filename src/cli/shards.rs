@@ -1,7 +1,7 @@
 //! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
 
 use super::{error::Failure, judge, plan::open_target, settings::TransferName, side_file, verify::IrradianceFile};
-use glasswarp::target::Transfer;
+use glasswarp::target::{Framing, Transfer};
 use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
     path::{Path, PathBuf},
@@ -102,7 +102,7 @@ pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<()
 /// The picture as the light that a tally should hold.
 fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
     let Some(picture) = &args.target else { return Ok(None) };
-    let target = open_target(picture, args.transfer.map(Transfer::from), args.offset)?;
+    let target = open_target(picture, args.transfer.map(Transfer::from), args.offset, Framing::default())?;
     let (nx, ny) = tally.pixels();
     Ok(Some(judge::image_of(target.resampled(nx, ny).cells())))
 }

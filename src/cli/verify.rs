@@ -8,7 +8,7 @@ use super::{
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
     plan::open_target,
-    settings::TransferName,
+    settings::{Settings, TransferName},
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
     sweep::{self, Range},
@@ -268,7 +268,8 @@ fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrra
     };
     let transfer = args.transfer.or(design.and_then(|design| design.transfer)).map(Transfer::from);
     let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
-    let target = open_target(picture, transfer, offset)?;
+    let framing = design.map(Settings::framing).transpose()?.unwrap_or_default();
+    let target = open_target(picture, transfer, offset, framing)?;
     Ok((Some(target), Some(offset)))
 }
 
