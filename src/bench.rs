@@ -185,7 +185,13 @@ impl Bench {
         Ok(Self {
             block,
             outline: Outline::Rectangle,
-            window: block, window_centre_mm: DVec2::ZERO, receiver, exit_face, light, profile: None })
+            window: block,
+            window_centre_mm: DVec2::ZERO,
+            receiver,
+            exit_face,
+            light,
+            profile: None,
+        })
     }
 
     /// The same bench with a block of another outline within its extent.

@@ -116,7 +116,9 @@ pub enum ExportError {
         most: usize,
     },
     /// A block that STEP files are not made of.
-    #[error("STEP files are made of rectangular blocks only: write .stl, .obj, .glb, .ply or .3mf, or take --outline rectangle")]
+    #[error(
+        "STEP files are made of rectangular blocks only: write .stl, .obj, .glb, .ply or .3mf, or take --outline rectangle"
+    )]
     StepOutline,
     /// The file could not be written.
     #[error(transparent)]

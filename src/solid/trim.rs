@@ -106,8 +106,7 @@ impl Solid {
         let mut triangles = Vec::new();
         for (j, span) in spans.iter().enumerate() {
             for i in span.clone() {
-                let [a, b, c, d] =
-                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| number[j * nx + i]);
+                let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| number[j * nx + i]);
                 triangles.extend(match self.diagonal(i, j) {
                     Diagonal::Rising => [[a, b, c], [a, c, d]],
                     Diagonal::Falling => [[a, b, d], [b, c, d]],

@@ -60,7 +60,9 @@ fn estimates(n: usize, at: impl Fn(usize) -> f64) -> Vec<Estimate> {
         }
         before = k;
     }
-    let inward = |k: usize, steps: usize| if k == first { (first + steps).min(last) } else { last.saturating_sub(steps).max(first) };
+    let inward = |k: usize, steps: usize| {
+        if k == first { (first + steps).min(last) } else { last.saturating_sub(steps).max(first) }
+    };
     for (end, outward) in [(first, (0..first).rev().collect::<Vec<_>>()), (last, (last + 1..n).collect())] {
         let [a, b, c] = [0, 1, 2].map(|steps| at(inward(end, steps)));
         let b = if b.is_nan() { a } else { b };

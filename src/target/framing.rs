@@ -28,10 +28,7 @@ pub struct Framing {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FramingError {
     /// A margin out of range.
-    #[error(
-        "the margin is {margin} of the window; it must lie between 0 and {} (--margin)",
-        Framing::GREATEST_MARGIN
-    )]
+    #[error("the margin is {margin} of the window; it must lie between 0 and {} (--margin)", Framing::GREATEST_MARGIN)]
     Margin {
         /// The refused share.
         margin: f64,

@@ -2,15 +2,15 @@
 
 mod caustic;
 mod deconvolve;
-mod imperfect;
 mod framing;
+mod imperfect;
 mod picture;
 mod psf;
 
 pub use caustic::{CausticMesh, CausticMeshError};
 pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, Ending};
-pub use imperfect::{ImperfectLight, SourceSize};
 pub use framing::{Framing, FramingError, Vignette};
+pub use imperfect::{ImperfectLight, SourceSize};
 pub use picture::{Picture, PictureError, Transfer};
 pub use psf::{Psf, PsfError, PsfPicture};
 

@@ -135,11 +135,7 @@ impl Equation<'_> {
     }
 
     /// Calls `f(side, k, slope, jet, y)` for every node of the border; returns the greatest of its values.
-    fn each_border_node(
-        &self,
-        state: &mut State,
-        mut f: impl FnMut(usize, usize, &mut f64, Jet, DVec2) -> f64,
-    ) -> f64 {
+    fn each_border_node(&self, state: &mut State, mut f: impl FnMut(usize, usize, &mut f64, Jet, DVec2) -> f64) -> f64 {
         let State { spline, slopes, .. } = state;
         let mut worst = 0.0_f64;
         for (side, values) in slopes.sides_mut().into_iter().enumerate() {

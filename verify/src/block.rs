@@ -356,11 +356,7 @@ impl Grid {
 
     /// Demands that these vertices are a regular grid but for those where the walls end, which go around it; returns the grid
     /// that reaches around them, too, and them.
-    fn within(
-        mesh: &Mesh,
-        in_entry: impl Fn(u32) -> bool,
-        above: &[u32],
-    ) -> Result<(Self, Vec<DVec3>), BlockError> {
+    fn within(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, above: &[u32]) -> Result<(Self, Vec<DVec3>), BlockError> {
         let tops = wall_tops(mesh, in_entry);
         let (around, exit): (Vec<u32>, Vec<u32>) = above.iter().partition(|&&v| tops[v as usize]);
         let bounds = |vertices: &[u32]| {
