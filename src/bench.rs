@@ -5,7 +5,7 @@ mod receiver;
 pub use receiver::Receiver;
 
 use crate::{
-    grid::Extent,
+    grid::{Contour, Extent, Outline},
     light::{Incidence, Intensity, Light, Profile, ProfileError},
 };
 use glam::{DVec2, DVec3};
@@ -51,6 +51,22 @@ pub enum BenchError {
         /// Least accepted value, mm.
         least_mm: f64,
         /// Greatest accepted value, mm.
+        greatest_mm: f64,
+    },
+    /// Corners that do not fit the block.
+    #[error(
+        "corners with a radius of {radius_mm} mm do not fit a block of {width_mm} x {height_mm} mm; take at least {least_mm:.2} mm and at most {greatest_mm:.2} mm, half of the shorter side (--outline rounded:RADIUS), or --outline circle"
+    )]
+    Corners {
+        /// The refused radius, mm.
+        radius_mm: f64,
+        /// Width of the block, mm.
+        width_mm: f64,
+        /// Height of the block, mm.
+        height_mm: f64,
+        /// Least accepted radius, mm.
+        least_mm: f64,
+        /// Greatest accepted radius, mm.
         greatest_mm: f64,
     },
     /// The index does not bend light, or is not that of a transparent solid.
@@ -120,6 +136,7 @@ pub enum BenchError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     block: Extent,
+    outline: Outline,
     window: Extent,
     window_centre_mm: DVec2,
     receiver: Receiver,
@@ -137,6 +154,8 @@ impl Bench {
     pub const IOR_LIMITS: (f64, f64) = (1.01, 4.0);
     /// Accepted thicknesses of a block in the light of a point source, from its entry face to the mean exit plane, mm.
     pub const THICKNESS_LIMITS_MM: (f64, f64) = (0.1, 10_000.0);
+    /// Least radius of rounded corners, as a share of half the shorter side: below, use a rectangle and a file.
+    pub const LEAST_CORNER: f64 = 0.02;
     /// Least distance of a point source from the entry face, or from the mean plane of a mirror, mm.
     pub const LEAST_SOURCE_MM: f64 = 1.0;
     /// Greatest angle to the axis at which light from a point source may meet the block, degrees.
@@ -163,7 +182,33 @@ impl Bench {
         };
         let light = Light::Parallel { direction };
         let receiver = Receiver::across(distance_mm);
-        Ok(Self { block, window: block, window_centre_mm: DVec2::ZERO, receiver, exit_face, light, profile: None })
+        Ok(Self {
+            block,
+            outline: Outline::Rectangle,
+            window: block,
+            window_centre_mm: DVec2::ZERO,
+            receiver,
+            exit_face,
+            light,
+            profile: None,
+        })
+    }
+
+    /// The same bench with a block of another outline within its extent.
+    ///
+    /// # Errors
+    /// A radius that does not fit the block.
+    pub fn with_outline(mut self, outline: Outline) -> Result<Self, BenchError> {
+        if let Outline::Rounded { radius_mm } = outline {
+            let Extent { width_mm, height_mm } = self.block;
+            let greatest_mm = 0.5 * width_mm.min(height_mm);
+            let least_mm = Self::LEAST_CORNER * greatest_mm;
+            if !(least_mm..=greatest_mm).contains(&radius_mm) {
+                return Err(BenchError::Corners { radius_mm, width_mm, height_mm, least_mm, greatest_mm });
+            }
+        }
+        self.outline = outline;
+        Ok(self)
     }
 
     /// The same bench with the picture drawn on another part of the receiver.
@@ -297,6 +342,16 @@ impl Bench {
         self.block
     }
 
+    /// The outline of the block within that size.
+    pub fn outline(&self) -> Outline {
+        self.outline
+    }
+
+    /// The curve around the exit face.
+    pub fn contour(&self) -> Contour {
+        self.outline.within(self.block)
+    }
+
     /// Size of the picture on the receiver.
     pub fn window(&self) -> Extent {
         self.window
@@ -369,6 +424,20 @@ mod tests {
         let bench = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
         assert!(bench.clone().with_light_direction(DVec3::NEG_Z).is_err());
         assert!(bench.with_light_direction(DVec3::NAN).is_err());
+    }
+
+    #[test]
+    fn corners_must_fit_the_block() {
+        let bench = Bench::new(BLOCK, 250.0, ExitFace::Reflects).unwrap();
+        for radius_mm in [1.0, 10.0, 40.0] {
+            let rounded = bench.clone().with_outline(Outline::Rounded { radius_mm }).unwrap();
+            assert_eq!(rounded.contour().radius_mm(), DVec2::splat(radius_mm));
+        }
+        for radius_mm in [-1.0, 0.0, 0.5, 40.1, f64::NAN, f64::INFINITY] {
+            let error = bench.clone().with_outline(Outline::Rounded { radius_mm }).unwrap_err().to_string();
+            assert!(error.contains("at most 40.00 mm"), "{error}");
+        }
+        assert!((bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent() - 0.7854).abs() < 1e-4);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::workshop::{FINE, Workshop};
+use common::workshop::{FILE, FINE, REFUSED, Workshop};
 use image::RgbaImage;
 use serde_json::Value;
 use std::{fs, path::Path};
@@ -102,4 +102,73 @@ fn the_report_of_a_design_works_in_a_browser() {
     // Without WebGL 2 there is a still picture and a word about it, and no complaint.
     assert_eq!(found["still"], "fine");
     assert_eq!(found["unscripted"], "fine");
+}
+
+#[test]
+fn a_report_is_written_beside_the_block_where_it_is_named_or_not_at_all() {
+    let workshop = Workshop::new();
+    let design = "design picture.png -o block.stl --nodes 65 --no-verify";
+    assert_eq!(workshop.run(design).code, FINE);
+    let html = fs::read_to_string(workshop.path("block.report.html")).unwrap();
+    assert!(html.contains("As the solver itself sees it") && html.contains("How the solver converged"));
+    fs::remove_file(workshop.path("block.report.html")).unwrap();
+    assert_eq!(workshop.run(&format!("{design} --no-report")).code, FINE);
+    assert!(!workshop.path("block.report.html").exists());
+    assert_eq!(workshop.run(&format!("{design} --report other.html")).code, FINE);
+    assert!(workshop.path("other.html").exists() && !workshop.path("block.report.html").exists());
+    workshop.refuses("design picture.png --report page.pdf", REFUSED, &["page.pdf", ".html"]);
+    workshop.refuses("design picture.png --report nowhere/page.html", FILE, &["nowhere"]);
+    workshop.refuses("design picture.png --report a.html --no-report", REFUSED, &["--no-report"]);
+}
+
+#[test]
+fn found_and_milled_blocks_have_reports_if_they_are_asked_for() {
+    let workshop = Workshop::new();
+    assert_eq!(workshop.run("design picture.png -o block.stl --nodes 65 --transfer linear --no-report").code, FINE);
+    let verified = workshop.run("verify block.stl --photons 100000 --report found.html");
+    assert_eq!(verified.code, FINE, "{}", verified.err);
+    let html = fs::read_to_string(workshop.path("found.html")).unwrap();
+    for part in [
+        "as it was found in block.stl",
+        "triangles with smooth normals",
+        "Judgement",
+        "Relative RMS error",
+        "block.stl",
+    ] {
+        assert!(html.contains(part), "{part}");
+    }
+    let milled = workshop.run("mill block.stl --cutter ball:3mm --step-over 0.5mm --polish 0.3mm --report milled.html");
+    assert_eq!(milled.code, FINE, "{}", milled.err);
+    let html = fs::read_to_string(workshop.path("milled.html")).unwrap();
+    for part in ["Light after the work", "milled with ball:3mm", "Scallops", "min at 2000 mm per minute"] {
+        assert!(html.contains(part), "{part}");
+    }
+    let files = workshop.files();
+    assert_eq!(workshop.run("verify block.stl --photons 100000").code, FINE);
+    assert_eq!(workshop.files(), files, "nothing is written unasked");
+}
+
+#[test]
+fn a_preview_says_what_would_come() {
+    let workshop = Workshop::new();
+    let outcome = workshop.run("preview picture.png --transfer linear --distance 40cm -o look.html -o look.png");
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    for word in ["not to be made", "relief", "thinnest place", "expected error", "look.html, look.png"] {
+        assert!(outcome.out.contains(word), "'{word}' is not in\n{}", outcome.out);
+    }
+    let html = fs::read_to_string(workshop.path("look.html")).unwrap();
+    assert!(html.contains("A preview: a draft on 257 × 171 nodes") && html.contains("400"));
+    assert!(image::open(workshop.path("look.png")).unwrap().width() > 900);
+    assert!(workshop.files().iter().all(|name| !name.ends_with(".stl") && !name.ends_with(".toml")), "no block");
+    // The relief is that of the block to a few percent.
+    let relief = |text: &str| -> f64 {
+        let line = text.lines().find(|line| line.contains("relief")).unwrap();
+        line.split_once("relief").unwrap().1.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let block =
+        workshop.run("design picture.png --transfer linear --distance 40cm --no-verify --no-report -o block.stl");
+    let (coarse, fine) = (relief(&outcome.out), relief(&block.out));
+    assert!((coarse / fine - 1.0).abs() < 0.05, "{coarse} mm for {fine} mm");
+    workshop.refuses("preview picture.png -o look.stl", REFUSED, &["look.stl", ".html or .png"]);
+    workshop.refuses("preview picture.png --distance 1um", REFUSED, &["um"]);
 }

@@ -4,9 +4,10 @@ use super::{
     error::Failure,
     json,
     lamp::{self, Lamp, LightName},
-    settings::{Settings, Shift},
+    settings::{OutlineName, Settings, Shift},
     side_file::BenchRecord,
     toml_file,
+    white::ior_at,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
@@ -36,6 +37,9 @@ pub(crate) fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64) -> R
     let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
     let block = size(settings.size.map_or(100.0, |length| length.mm));
     let mut bench = Bench::new(block, distance_mm, exit_face).map_err(Failure::refused)?;
+    if let Some(OutlineName(outline)) = settings.outline {
+        bench = bench.with_outline(outline).map_err(Failure::refused)?;
+    }
     if let Some(leaning) = settings.receiver_tilt {
         // Its side that the inclination names recedes.
         let towards = leaning.towards();
@@ -65,16 +69,22 @@ fn undisturbed_window(bench: &Bench) -> Extent {
 }
 
 fn ior_of(settings: &Settings) -> Result<f64, Failure> {
-    match (&settings.material, settings.ior) {
-        (Some(name), _) => materials::by_name(name).map(|material| material.ior).ok_or_else(|| {
+    let named = |name: &String| {
+        materials::by_name(name).ok_or_else(|| {
             Failure::Usage(format!(
                 "there is no material '{name}'{}; `glasswarp materials` lists those known, --ior takes any index",
                 toml_file::nearest(name, materials::MATERIALS.iter().map(|material| material.name))
                     .map(|near| format!(", did you mean '{near}'?"))
                     .unwrap_or_default()
             ))
-        }),
-        (None, ior) => Ok(ior.unwrap_or(1.5)),
+        })
+    };
+    match (&settings.material, settings.wavelength) {
+        (Some(name), wavelength) => ior_at(named(name)?, wavelength),
+        (None, Some(wavelength)) => Err(Failure::Usage(format!(
+            "--wavelength {wavelength} decides the index of a material, and none is named: add --material"
+        ))),
+        (None, None) => Ok(settings.ior.unwrap_or(1.5)),
     }
 }
 

@@ -96,6 +96,9 @@ impl Exact {
         let displaced = forward::Geometry::Displaced;
         let own = forward::irradiance(&spline, bench, displaced, examiner.beams(), examiner.pixels());
         let exact = match block.solid.rim_z_mm() {
+            _ if block.solid.contour().is_some() => {
+                Subject::of(mesh_of(&block.solid, None), Path::new("the height field"))?
+            }
             None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?)),
             Some(_) => {
                 let heights_mm = block.solid.surface().heights_mm();

@@ -6,6 +6,7 @@ use super::{
     console::{self, say},
     error::Failure,
     finish::Finished,
+    imperfect::Seen,
     json, memory,
     opinion::{Opinion, draw_weakness},
     page::{self, DesignPage},
@@ -16,7 +17,7 @@ use super::{
     toml_file,
 };
 use glasswarp::{
-    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
@@ -140,6 +141,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
         budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
         finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
+        imperfect: opinion.as_ref().and_then(|opinion| opinion.seen.as_ref()).map(Seen::to_json),
         expected_memory: expected.0,
     })));
     opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
@@ -179,6 +181,16 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
+    if !plan.bench.contour().is_rectangle() {
+        if outputs.iter().any(|output| matches!(Format::from_path(output), Ok(Format::Step))) {
+            return Err(Failure::refused(ExportError::StepOutline));
+        }
+        if args.height_map_cutter.is_some() || plan.settings.finish.is_some() {
+            return Err(Failure::Usage(
+                "cutters and finishes are simulated on rectangular blocks only: take --outline rectangle".into(),
+            ));
+        }
+    }
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -317,7 +329,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
         say!("  origin         {}", solid.shape().origin.place());
     }
     say!("  light          {}", light_in_words(bench));
-    say!("  receiver       {}", receiver_in_words(bench, block.surface.heights_mm().min_max().1));
+    say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
     plan.intent.print();
     let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {

@@ -6,6 +6,7 @@ use super::{
     bench::bench_of,
     console::say,
     error::Failure,
+    json,
     judge::{self, Examiner, Subject},
     length::Length,
     settings::{Settings, SolverName, name_of},
@@ -345,6 +346,16 @@ impl Seen {
     /// The relative RMS error, without the noise of photons where that is known.
     pub(crate) fn rel_rms(&self) -> f64 {
         self.error.map_or(self.metrics.rel_rms, |error| error.rel_rms())
+    }
+
+    /// The same for programs.
+    pub(crate) fn to_json(&self) -> json::Imperfect {
+        json::Imperfect {
+            rel_rms: json::finite(self.rel_rms()),
+            rel_rms_error: self.error.and_then(|error| json::finite(error.rel_rms_error())),
+            ssim: json::finite(self.metrics.ssim),
+            photons: self.photons,
+        }
     }
 
     /// Prints what is seen.

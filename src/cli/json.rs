@@ -73,6 +73,8 @@ records! {
         budget: Vec<BudgetStep>,
         /// The light after the finish that the face is designed for.
         finished: Option<Finished>,
+        /// The light that there is, from a source with a size or through a rough face; null where light is perfect.
+        imperfect: Option<Imperfect>,
         /// The most memory that the run was expected to take, bytes.
         expected_memory: u64,
     }
@@ -148,6 +150,10 @@ records! {
         budget: Vec<BudgetStep>,
         /// The light after the finish that the face is designed for.
         finished: Option<Finished>,
+        /// The light that there is, from a source with a size or through a rough face; null where light is perfect.
+        imperfect: Option<Imperfect>,
+        /// The light of all colours, with --white.
+        white: Option<White>,
         /// Files written.
         files: Vec<String>,
     }
@@ -225,6 +231,28 @@ records! {
         ssim: Option<f64>,
         /// rel_rms after a polish a tenth weaker and a tenth stronger than planned.
         if_off: Option<[Option<f64>; 2]>,
+    }
+    /// The light that there is.
+    Imperfect {
+        /// Relative root mean square error, without the noise of photons where that is known.
+        rel_rms: Option<f64>,
+        /// Its standard error; null without photons.
+        rel_rms_error: Option<f64>,
+        /// Structural similarity.
+        ssim: Option<f64>,
+        /// Photons traced.
+        photons: u64,
+    }
+    /// White light.
+    White {
+        /// Indices of blue (486.1 nm) and red (656.3 nm).
+        ior: [f64; 2],
+        /// Distance between their landing points, root mean square.
+        parting_rms_mm: Option<f64>,
+        /// The greatest such distance.
+        parting_worst_mm: Option<f64>,
+        /// Relative root mean square difference of the brightness from the light of one colour.
+        rel_rms: Option<f64>,
     }
     /// A photon run, a part of one, or the sum of parts.
     Tally {
@@ -511,6 +539,17 @@ impl From<&verify::Flux> for Light {
             reflected: flux.reflected,
             beside: flux.beside,
             lost: flux.lost,
+        }
+    }
+}
+
+impl White {
+    pub(crate) fn of(fringing: &verify::dispersion::Fringing) -> Self {
+        Self {
+            ior: fringing.ior,
+            parting_rms_mm: finite(fringing.rms_mm),
+            parting_worst_mm: finite(fringing.worst_mm),
+            rel_rms: finite(fringing.rel_rms),
         }
     }
 }

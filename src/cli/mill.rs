@@ -1,12 +1,14 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
-    bench::exit_face_in_words,
+    bench::{exit_face_in_words, scene_of},
     console::{self, say},
     cutters::{self, Wish},
     error::Failure,
+    found_page::FoundPage,
     json, judge,
     length::Length,
+    page,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
     workpiece::{View, Workpiece, look_at_scallops},
@@ -14,11 +16,12 @@ use super::{
 use glasswarp::{
     export::{self, Design, Format},
     fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
-    report::{self, Captioned},
+    report::{self, Captioned, Cost, Facts},
     solid::{Solid, Stock},
     solver::Progress,
     surface::{HeightField, Polish},
 };
+use glasswarp_verify::metrics;
 use std::path::{Path, PathBuf};
 
 #[derive(clap::Args)]
@@ -70,6 +73,10 @@ pub(crate) struct MillArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
+    /// Write a report on the work, a page of HTML
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the picture exceeds this in the end
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -102,6 +109,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         }
         export::probe(output).map_err(Failure::writing)?;
     }
+    let report = page::path(args.report.as_deref(), args.report.is_none(), &args.block)?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
     if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
         return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
@@ -129,6 +137,10 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             write_block(args, &piece, &pass, polish, &steps[steps.len() - 1], output)?;
         }
     }
+    if let Some(path) = &report {
+        write_report(args, &piece, &pass, &steps, path)?;
+        say!("\n  report         {}", path.display());
+    }
     let cost = pass.cost(piece.surface.extent());
     console::result(json::Result::Mill(json::Mill {
         file: args.block.display().to_string(),
@@ -142,6 +154,59 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     }));
     let error = steps[steps.len() - 1].view.metrics.rel_rms;
     Failure::unless_within(args.max_error, error, "the", " in the end")
+}
+
+/// Writes the report: the face as designed, the light after every step.
+fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step], path: &Path) -> Result<(), Failure> {
+    let Some(wanted) = piece.examiner.wanted().map(judge::field_of) else { return Ok(()) };
+    let (last, before) = (&steps[steps.len() - 1], &steps[..steps.len() - 1]);
+    let light = judge::field_of(&last.view.image);
+    let note = |step: &Step| format!("{}.", page::in_words(&step.view.metrics));
+    let others = before
+        .iter()
+        .map(|step| page::pair(&step.name, &wanted, &judge::field_of(&step.view.image), piece.exposure, note(step)));
+    let costs = steps.iter().map(|step| {
+        let moved = metrics::rel_rms(&step.view.image, &steps[0].view.image).map_err(Failure::refused)?;
+        Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
+    });
+    let cost = pass.cost(piece.surface.extent());
+    let mut rows = vec![
+        page::row("Cutter", pass.cutter.to_string()),
+        page::row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, page::mm(pass.step_over_mm))),
+        page::row(
+            "Way",
+            format!(
+                "{:.1} m, {:.0} min at {} per minute",
+                1e-3 * cost.length_mm,
+                cost.minutes(args.feed.mm),
+                args.feed
+            ),
+        ),
+    ];
+    if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
+        rows.push(page::row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
+    }
+    FoundPage {
+        block: &args.block,
+        side: Some(&piece.side),
+        scene: &scene_of(&piece.side.bench, &piece.side.design)?,
+        surface: &piece.surface,
+        entry_z_mm: piece.entry_z_mm,
+        about: format!(
+            "{}, worked on in simulation: {}. The face is shown as designed, the light as it is after the work.",
+            args.block.display(),
+            last.name
+        ),
+        warnings: Vec::new(),
+        exposure: piece.exposure,
+        caustic: page::light_view("Light after the work", &light, piece.exposure, note(last)),
+        others: others.collect(),
+        budget: costs.collect::<Result<_, Failure>>()?,
+        facts: vec![Facts { title: "Work".into(), rows }],
+        wanted: Some((wanted, last.view.metrics)),
+        light,
+    }
+    .write(path)
 }
 
 fn is_picture(path: &Path) -> bool {

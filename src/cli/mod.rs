@@ -14,6 +14,7 @@ mod design;
 mod diagnosis;
 mod error;
 mod finish;
+mod found_page;
 #[cfg(test)]
 mod hostile_toml;
 mod imperfect;
@@ -36,6 +37,7 @@ mod sweep;
 mod tolerance;
 mod toml_file;
 mod verify;
+mod white;
 mod workpiece;
 
 use clap::{CommandFactory, Parser, Subcommand};

@@ -242,18 +242,16 @@ pub(crate) fn file_records(outputs: &[PathBuf]) -> Result<Vec<FileRecord>, Failu
     let mut sides: Vec<PathBuf> = outputs.iter().map(|path| side_file::path_beside(path)).collect();
     sides.dedup();
     let known: Vec<_> = sides.iter().filter_map(|side| SideFile::read(side).ok()).collect();
-    outputs
-        .iter()
-        .chain(&sides)
-        .map(|path| {
-            let failed = |source| Failure::reading(path, source);
-            let name = file_name(path);
-            let recorded = known.iter().find_map(|side| side.files.get(&name).cloned());
-            let bytes = std::fs::metadata(path).map_err(failed)?.len();
-            let sha256 = recorded.map_or_else(|| side_file::sha256(path), Ok).map_err(failed)?;
-            Ok(FileRecord { what: kind(path).into(), name, bytes, sha256 })
-        })
-        .collect()
+    let recorded = |path: &Path| known.iter().find_map(|side| side.files.get(&file_name(path)).cloned());
+    outputs.iter().chain(&sides).map(|path| file_record(path, recorded(path))).collect()
+}
+
+/// A file, with its hash if that is known.
+pub(crate) fn file_record(path: &Path, sha256: Option<String>) -> Result<FileRecord, Failure> {
+    let failed = |source| Failure::reading(path, source);
+    let bytes = std::fs::metadata(path).map_err(failed)?.len();
+    let sha256 = sha256.map_or_else(|| side_file::sha256(path), Ok).map_err(failed)?;
+    Ok(FileRecord { name: file_name(path), what: kind(path).into(), bytes, sha256 })
 }
 
 /// What a file of this name is.
@@ -411,7 +409,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());
-        let (low, high) = block.surface.heights_mm().min_max();
+        let (low, high) = block.surface.range_mm();
         let spacing = size.node_spacing(plan.nodes.0, plan.nodes.1);
         let mut rows = vec![
             row("Stock", format!("{} × {} × {} mm", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm()))),

@@ -29,6 +29,8 @@ const NOMINAL_MM: f64 = 10.0;
 /// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
 const DRAFT_NODES: usize = 129;
 const DRAFT_MM: f64 = 0.1;
+/// Most of the picture's light that may be lost at the side walls.
+const MOST_VIGNETTED: f64 = 0.1;
 
 /// A block that can be designed.
 pub(crate) struct Plan {
@@ -46,6 +48,8 @@ pub(crate) struct Plan {
     pub(crate) transfer: TransferName,
     /// The settings with every default filled in that must not change when the block is made again.
     pub(crate) settings: Settings,
+    /// What may not be meant so.
+    warnings: Vec<String>,
 }
 
 impl Plan {
@@ -73,7 +77,9 @@ impl Plan {
         let solver = settings.solver.unwrap_or_default();
         let intent = Intent::of(wanted.clone(), &bench, &settings)?;
         let target = intent.target.clone();
-        let mut plan = Self { picture, target, intent, bench, nodes, stock, shape, step, solver, transfer, settings };
+        let warnings = Vec::new();
+        let mut plan =
+            Self { picture, target, intent, bench, nodes, stock, shape, step, solver, transfer, settings, warnings };
         plan.fit_to_light(aspect)?;
         if plan.intent.psf.is_some() && plan.bench.light() != light {
             // The spread is that of the lamp's true distance.
@@ -126,9 +132,27 @@ impl Plan {
         let overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
         self.shape.skirt_mm = match self.settings.skirt {
             Some(skirt) => skirt.mm,
-            None if overshoot_mm > 0.0 => overshoot_mm + DRAFT_MM,
+            // Round blocks have no skirt: what of their light would come through the wall is missing.
+            None if overshoot_mm > 0.0 && self.bench.contour().is_rectangle() => overshoot_mm + DRAFT_MM,
             None => 0.0,
         };
+        let missing_mm = overshoot_mm - self.shape.skirt_mm;
+        if missing_mm > 1e-6 {
+            let share = missing_mm / self.bench.block().as_vec().min_element();
+            let what = format!(
+                "a skirt of {} mm is too narrow for this light, which enters the block up to {overshoot_mm:.2} mm beside the face: about {:.1} % of the light of the picture would have to come through a side wall",
+                self.shape.skirt_mm,
+                100.0 * share
+            );
+            if share > MOST_VIGNETTED {
+                let remedy = format!("make it {:.1}mm or wider, or leave --skirt out", overshoot_mm + DRAFT_MM);
+                return Err(Failure::Usage(format!(
+                    "{what}; at most {} % are accepted: {remedy}",
+                    100.0 * MOST_VIGNETTED
+                )));
+            }
+            self.warnings.push(what);
+        }
         self.shape.check(self.bench.block()).map_err(|e| Failure::refused(DesignError::from(e)))
     }
 
@@ -144,7 +168,7 @@ impl Plan {
             progress,
         )
         .map(|mut block| {
-            block.summary.warnings.extend(warnings(&self.bench));
+            block.summary.warnings.extend(self.warnings.iter().cloned().chain(warnings(&self.bench)));
             block
         })
         .map_err(Failure::refused)

@@ -106,7 +106,7 @@ impl Preview<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let shape = Shape::of(solid.surface());
-        let (_, high) = block.surface.heights_mm().min_max();
+        let (_, high) = block.surface.range_mm();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![
             row("Relief", format!("{:.2} mm", block.surface.relief_mm())),

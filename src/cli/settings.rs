@@ -7,9 +7,10 @@ use super::{
     length::Length,
     presets::PresetName,
     toml_file,
+    white::Wavelength,
 };
 use clap::{Args, ValueEnum};
-use glasswarp::{solid::Origin, target::Transfer};
+use glasswarp::{grid::Outline, solid::Origin, target::Transfer};
 use serde::Deserialize;
 use std::{
     path::{Path, PathBuf},
@@ -83,6 +84,11 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
     pub(crate) ior: Option<f64>,
 
+    /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED; needs --material [default: 587.6nm,
+    /// for which catalogues give the index]
+    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", conflicts_with = "ior")]
+    pub(crate) wavelength: Option<Wavelength>,
+
     /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     pub(crate) material: Option<String>,
@@ -126,6 +132,11 @@ pub(crate) struct Settings {
     /// [default: as much as the light needs]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     pub(crate) skirt: Option<Length>,
+
+    /// Outline of the block: rectangle, circle (the ellipse within its size), or rounded:10mm (radius of the corners); the picture
+    /// stays whole [default: rectangle]
+    #[arg(long, value_name = "OUTLINE", help_heading = "Block")]
+    pub(crate) outline: Option<OutlineName>,
 
     /// Height nodes across the width [default: two per pixel, 257 to 1025]
     #[arg(long, value_name = "N", help_heading = "Block")]
@@ -189,6 +200,42 @@ impl From<TransferName> for Transfer {
         match name {
             TransferName::Srgb => Self::Srgb,
             TransferName::Linear => Self::Linear,
+        }
+    }
+}
+
+/// An outline as a person writes it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub(crate) struct OutlineName(pub(crate) Outline);
+
+impl FromStr for OutlineName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.trim().split_once(':') {
+            None if text.trim() == "rectangle" => Ok(Self(Outline::Rectangle)),
+            None if text.trim() == "circle" => Ok(Self(Outline::Circle)),
+            Some(("rounded", radius)) => Ok(Self(Outline::Rounded { radius_mm: radius.parse::<Length>()?.mm })),
+            _ => Err(format!("'{text}' is no outline; write rectangle, circle or rounded:RADIUS, as rounded:10mm")),
+        }
+    }
+}
+
+impl TryFrom<String> for OutlineName {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl std::fmt::Display for OutlineName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Outline::Rectangle => f.write_str("rectangle"),
+            Outline::Circle => f.write_str("circle"),
+            Outline::Rounded { radius_mm } => write!(f, "rounded:{radius_mm}mm"),
         }
     }
 }
@@ -406,8 +453,11 @@ impl Settings {
             skirt: self.skirt.or(other.skirt),
             ior,
             material,
+            // An index that is given outright is that of its wavelength.
+            wavelength: self.wavelength.or(other.wavelength.filter(|_| self.ior.is_none())),
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
+            outline: self.outline.or(other.outline),
             nodes: self.nodes.or(other.nodes),
             rim: self.rim.or(other.rim),
             mark: self.mark.or(other.mark),

@@ -260,8 +260,13 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("picture = {}", beside(record.picture)))?;
     line(format_args!("size = \"{}mm\"", bench.width_mm))?;
     line(format_args!("distance = \"{}mm\"", bench.distance_mm))?;
-    if !bench.mirror {
-        line(format_args!("ior = {:?}", bench.ior))?;
+    match &settings.material {
+        Some(material) => line(format_args!("material = {} # its index is that of [bench]", quoted(material)))?,
+        None if bench.mirror => {}
+        None => line(format_args!("ior = {:?}", bench.ior))?,
+    }
+    if let Some(wavelength) = settings.wavelength {
+        line(format_args!("wavelength = \"{wavelength}\""))?;
     }
     if let Some(thickness) = settings.thickness {
         line(format_args!("thickness = \"{}mm\"", thickness.mm))?;
@@ -313,6 +318,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     if let Some(mesh) = &settings.caustic_mesh {
         line(format_args!("caustic-mesh = {}", beside(mesh)))?;
+    }
+    if let Some(outline) = settings.outline {
+        line(format_args!("outline = {}", quoted(&outline.to_string())))?;
     }
     if let Some(skirt) = settings.skirt {
         line(format_args!("skirt = \"{}mm\"", skirt.mm))?;

@@ -7,20 +7,25 @@ use super::{
     diagnosis,
     error::Failure,
     finish::Finished,
+    found_page::FoundPage,
     imperfect::{self, Intent, Seen},
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
+    page,
     plan::open_target,
     progress::TerminalProgress,
     settings::TransferName,
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
     sweep::{self, Range},
+    white,
+    workpiece::surface_of,
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::{DVec2, DVec3};
 use glasswarp::{
+    report::Exposure,
     solver::Progress,
     target::{TargetIrradiance, Transfer},
 };
@@ -131,6 +136,15 @@ pub(crate) struct LookArgs {
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
+    /// Look at the block in white light too, of which its material bends every colour otherwise, and write that picture: .png
+    /// (sRGB) or .exr (linear, the primaries of sRGB)
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
+    white: Option<PathBuf>,
+
+    /// Write a report on the block, a page of HTML
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
+    report: Option<PathBuf>,
+
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR")]
     max_error: Option<f64>,
@@ -184,7 +198,7 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 
 fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if args.sweep.is_none() {
-        args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
+        args.output.iter().chain(&args.white).try_for_each(|output| IrradianceFile::of(output).map(drop))?;
     }
     let side = SideFile::find(block, args.bench.as_deref())?;
     if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
@@ -194,7 +208,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         let place = args.as_built.then_some(block);
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
-    let warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
+    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
+    let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (picture, offset) = target(args, side.as_ref())?;
     let intent = match (picture.clone(), &side) {
         (Some(picture), Some(side)) => Some(Intent::of_side(picture, side)?),
@@ -206,6 +221,12 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
     let subject = Subject::open(block, origin)?;
+    if report.is_some() && matches!(subject, Subject::Solid(_)) {
+        return Err(Failure::Usage(format!(
+            "{} is no block, and a report (--report) is about blocks",
+            block.display()
+        )));
+    }
     let scene = scene(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
@@ -218,7 +239,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         shard: shard.index,
         shards: shard.of,
     };
-    for warning in warnings {
+    for warning in &warnings {
         console::warn(warning);
     }
     if let Some(path) = &args.tally {
@@ -238,7 +259,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     progress.advance(1);
     for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
-        console::warn(suspicion);
+        console::warn(&suspicion);
+        warnings.push(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
     progress.finish();
@@ -275,6 +297,11 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if let (Some(seen), Some(side)) = (&seen, &side) {
         seen.print(&side.design);
     }
+    let white = args.white.as_ref().map(|output| {
+        let pixels = examiner.scene_for(&subject);
+        white::look(&subject, &pixels, side.as_ref().map(|side| &side.design), examiner.beams(), output)
+    });
+    let white = white.transpose()?;
     console::result(json::Result::Verify(Box::new(json::Verify {
         file: block.display().to_string(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
@@ -284,6 +311,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         judgement: judgement.to_json(),
         budget: steps.iter().map(json::BudgetStep::from).collect(),
         finished: finished.as_ref().map(Finished::to_json),
+        imperfect: seen.as_ref().map(Seen::to_json),
+        white: white.as_ref().map(json::White::of),
         files: json::texts(&args.output),
     })));
     // White is the brightest target, as on the wall.
@@ -292,6 +321,37 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     for output in &args.output {
         let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
         IrradianceFile::of(output)?.write(output, image, peak)?;
+    }
+    if let (Some(path), Subject::Block(found)) = (&report, &subject) {
+        warnings.extend(page::judgement_warnings(&judgement));
+        let transfer = args.transfer.or(side.as_ref().and_then(|side| side.design.transfer)).map(Transfer::from);
+        let exposure = Exposure { white: peak / brightest.mean(), transfer: transfer.unwrap_or(Transfer::Srgb) };
+        let light = judge::field_of(&judgement.caustic);
+        let wanted = examiner.wanted().map(judge::field_of);
+        let verdict = judgement.verdict.as_ref();
+        let note = verdict.map(|verdict| format!("{}.", page::in_words(&verdict.metrics))).unwrap_or_default();
+        let caustic = page::light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
+        FoundPage {
+            block,
+            side: side.as_ref(),
+            scene: &scene,
+            surface: &surface_of(found),
+            entry_z_mm: found.entry_z_mm() - found.mean_exit_z_mm(),
+            about: format!(
+                "A block of glass as it was found in {}, and the light that comes through it.",
+                block.display()
+            ),
+            warnings,
+            exposure,
+            others: wanted.as_ref().map(|wanted| page::step_views(&steps, wanted, exposure)).unwrap_or_default(),
+            wanted: wanted.zip(verdict.map(|verdict| verdict.metrics)),
+            light,
+            caustic,
+            budget: page::costs(&steps),
+            facts: vec![page::judgement_facts(&judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
+        }
+        .write(path)?;
+        say!("  report         {}", path.display());
     }
     match (seen, finished) {
         (Some(seen), _) => seen.demand(args.max_error),

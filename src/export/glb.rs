@@ -35,6 +35,10 @@ pub(super) fn check(solid: &Solid) -> Result<(), ExportError> {
 
 /// Every face has vertices of its own, because normals differ along its border.
 fn vertex_count(solid: &Solid) -> usize {
+    if solid.contour().is_some() {
+        // The border of the exit face once more for the wall, which has all of the entry face's but its middle too.
+        return solid.vertex_count() + 2 * (solid.vertex_count() - solid.exit_vertex_count() - 1);
+    }
     let ((nx, ny), (ex, ey)) = (solid.exit_nodes(), solid.entry_nodes());
     // Of a rim's few vertices each is counted once: the limit is a round number.
     nx * ny + 2 * (nx + ny) + 2 * (ex + ey) + (solid.vertex_count() - nx * ny)
@@ -136,9 +140,10 @@ impl SplitMesh {
                 *bytes = rest;
             };
             let (vertices, triangles) = (&plane.vertices, &plane.triangles);
-            let normal = y_up(plane.face.normal()).map(f32::to_le_bytes);
             take(&mut positions, vertices.len(), &|k| metres(solid.vertex(vertices[k] as usize)).map(f32::to_le_bytes));
-            take(&mut normals, vertices.len(), &|_| normal);
+            take(&mut normals, vertices.len(), &|k| {
+                y_up(solid.normal_at(plane.face, vertices[k])).map(f32::to_le_bytes)
+            });
             take(&mut indices, triangles.len(), &|k| triangles[k].map(|v| (first + v).to_le_bytes()));
             first += vertices.len() as u32;
         }

@@ -18,15 +18,29 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     let normals = solid.exit_normals();
     in_order(writer, 0..normals.len(), |text, v| numbers(text, "vn", normals[v]))?;
     for (k, (face, triangles)) in solid.faces().into_iter().enumerate() {
-        if face != Face::Exit {
-            let [x, y, z] = face.normal();
-            writeln!(writer, "vn {x} {y} {z}")?;
+        // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around is the last face, and has one
+        // for every triangle.
+        let begin = triangles.start;
+        match face {
+            Face::Exit => {}
+            Face::Side => {
+                in_order(writer, triangles.clone(), |text, t| {
+                    numbers(text, "vn", solid.normal_at(face, solid.triangle(t)[0]));
+                })?;
+            }
+            _ => {
+                let [x, y, z] = face.normal();
+                writeln!(writer, "vn {x} {y} {z}")?;
+            }
         }
         in_order(writer, triangles, |text, t| {
             text.push(b'f');
             for v in solid.triangle(t) {
-                // OBJ counts from 1; the planes' normals follow those of the exit face.
-                let normal = if face == Face::Exit { v as usize + 1 } else { normals.len() + k };
+                let normal = match face {
+                    Face::Exit => v as usize + 1,
+                    Face::Side => normals.len() + k + t - begin,
+                    _ => normals.len() + k,
+                };
                 text.push(b' ');
                 text.extend_from_slice(itoa::Buffer::new().format(v + 1).as_bytes());
                 text.extend_from_slice(b"//");

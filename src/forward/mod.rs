@@ -66,7 +66,8 @@ pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx
 /// The irradiance on `cells` of the window, from `beams` beams of light across the block.
 ///
 /// Every beam is the quadrilateral between four neighbouring rays, equations (1) to (3) of the paper: its flux is that of its
-/// cross section on the surface, spread over the area that it covers on the receiver.
+/// cross section on the surface, spread over the area that it covers on the receiver. Beams that the outline of the block cuts are cut by
+/// it, along a chord.
 pub fn irradiance(
     spline: &SurfaceSpline,
     bench: &Bench,
@@ -78,23 +79,47 @@ pub fn irradiance(
     let (lattice, light) = (spline.lattice(nx + 1, ny + 1), Incidence::of(bench));
     let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
     let origin = bench.window_centre_mm() + bench.window().lower();
+    let (outline, beam) = (bench.contour(), bench.block().node_spacing(nx + 1, ny + 1));
+    let corner = |at: DVec2, height_mm: f64, slope: DVec2| {
+        let from = geometry.point(at, height_mm);
+        let incoming = light.at(from);
+        Corner { at: (land(&incoming, bench, from, slope) - origin) * scale, flux: incoming.flux(slope) }
+    };
     // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
     let rows_per_band = ny.div_ceil(BANDS);
     let bands: Vec<Film> = (0..ny.div_ceil(rows_per_band))
         .into_par_iter()
         .map(|band| {
             let (begin, end) = (band * rows_per_band, ((band + 1) * rows_per_band).min(ny));
+            let node = |i: usize, j: usize| bench.block().node(i, j, nx + 1, ny + 1);
             let mut corners = Vec::with_capacity((end - begin + 1) * (nx + 1));
             let mut scratch = Vec::new();
             for j in begin..=end {
-                lattice.row(j, &mut scratch, |i, height, slope| {
-                    let from = geometry.point(bench.block().node(i, j, nx + 1, ny + 1), height);
-                    let incoming = light.at(from);
-                    let at = (land(&incoming, bench, from, slope) - origin) * scale;
-                    corners.push(Corner { at, flux: incoming.flux(slope) });
-                });
+                lattice.row(j, &mut scratch, |i, height, slope| corners.push(corner(node(i, j), height, slope)));
             }
-            Film::of_band(&corners, nx + 1, cells)
+            if outline.is_rectangle() {
+                return Film::of_band(&corners, nx + 1, cells, |_, _| true, &[]);
+            }
+            let inside = |i: usize, j: usize| outline.contains(node(i, j));
+            let mut pieces = Vec::new();
+            for j in begin..end {
+                for i in 0..nx {
+                    let around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+                    outline.cut(around.map(|(i, j)| node(i, j)), around.map(|(i, j)| inside(i, j)), |piece| {
+                        let area = (piece[1] - piece[0]).perp_dot(piece[2] - piece[0]) / beam.element_product();
+                        pieces.push(piece.map(|at| {
+                            let sample = spline.sample(at);
+                            let Corner { at, flux } = corner(at, sample.height_mm, sample.slope);
+                            Corner { at, flux: flux * area }
+                        }));
+                    });
+                }
+            }
+            let whole = |i: usize, row: usize| {
+                let j = begin + row;
+                inside(i, j) && inside(i + 1, j) && inside(i, j + 1) && inside(i + 1, j + 1)
+            };
+            Film::of_band(&corners, nx + 1, cells, whole, &pieces)
         })
         .collect();
     let mut sum = vec![0.0; cells.0 * cells.1];

@@ -26,10 +26,18 @@ pub(super) struct Film {
 const LEAST_AREA: f64 = 1e-7;
 
 impl Film {
-    /// Splats the beams between consecutive rows of `width` corners.
-    pub(super) fn of_band(corners: &[Corner], width: usize, (columns, rows): (usize, usize)) -> Self {
+    /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`, and triangles `pieces` of others, whose
+    /// flux is scaled by their area over half of a beam's.
+    pub(super) fn of_band(
+        corners: &[Corner],
+        width: usize,
+        (columns, rows): (usize, usize),
+        whole: impl Fn(usize, usize) -> bool,
+        pieces: &[[Corner; 3]],
+    ) -> Self {
         let (low, high) = corners
             .iter()
+            .chain(pieces.as_flattened())
             .filter(|c| c.at.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), c| (lo.min(c.at.y), hi.max(c.at.y)));
         let clamp = |y: f64| y.clamp(0.0, rows as f64) as usize;
@@ -54,7 +62,7 @@ impl Film {
             for i in 0..width - 1 {
                 let (a, b) = (row[i], row[i + 1]);
                 let (lower, upper) = match next {
-                    Some(next) => {
+                    Some(next) if whole(i, j) => {
                         let (c, d) = (next[i + 1], next[i]);
                         let lower = film.density([a, b, c], &mut total);
                         let upper = film.density([a, c, d], &mut total);
@@ -62,6 +70,10 @@ impl Film {
                         film.edge(a.at, c.at, upper - lower);
                         film.edge(a.at, d.at, before - upper);
                         (lower, upper)
+                    }
+                    Some(next) => {
+                        film.edge(a.at, next[i].at, before);
+                        (0.0, 0.0)
                     }
                     None => (0.0, 0.0),
                 };
@@ -72,6 +84,12 @@ impl Film {
             if let Some(next) = next {
                 film.edge(row[width - 1].at, next[width - 1].at, before);
             }
+        }
+        for &[a, b, c] in pieces {
+            let density = film.density([a, b, c], &mut total);
+            film.edge(a.at, b.at, density);
+            film.edge(b.at, c.at, density);
+            film.edge(c.at, a.at, density);
         }
         for row in film.flux.chunks_mut(columns + 1) {
             let mut sum = 0.0;

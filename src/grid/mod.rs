@@ -6,10 +6,12 @@
 mod convolve;
 pub mod dct;
 mod field;
+mod outline;
 mod resample;
 
 pub use convolve::Convolution;
 pub use field::Field;
+pub use outline::{Contour, Outline};
 pub use resample::{area_resample, bilinear_resample};
 
 use glam::DVec2;

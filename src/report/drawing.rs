@@ -1,7 +1,7 @@
 //! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions, its axes and its origin.
 
 use super::ink::{Lettering, line, write, write_from};
-use crate::solid::Solid;
+use crate::{grid::Outline, solid::Solid};
 use glam::DVec2;
 use image::{GrayImage, Luma};
 
@@ -54,7 +54,7 @@ fn mm(value: f64) -> String {
 
 fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
     let (face, stock, origin) = (solid.extent(), solid.stock_extent(), solid.origin_mm());
-    let (low, high) = solid.surface().heights_mm().min_max();
+    let (low, high) = solid.surface().range_mm();
     let z = |of_bench: f64| mm(of_bench - origin.z);
     let mut notes = vec![
         "all lengths in mm".to_owned(),
@@ -74,6 +74,14 @@ fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
         if let Some(mark) = rim.mark_mm {
             notes.push(format!("mark: {} cut off the corner +x +y", mm(mark)));
         }
+    }
+    match solid.surface().outline() {
+        Outline::Rectangle => {}
+        Outline::Circle if face.width_mm == face.height_mm => {
+            notes.push(format!("round, diameter {}", mm(face.width_mm)))
+        }
+        Outline::Circle => notes.push("the outline is an ellipse".to_owned()),
+        Outline::Rounded { radius_mm } => notes.push(format!("corners rounded, radius {}", mm(radius_mm))),
     }
     notes.push(format!("receiver at z = {}: {} from the mean exit plane", z(distance_mm), mm(distance_mm)));
     notes.extend([
@@ -101,7 +109,11 @@ impl Plan<'_> {
 
     fn draw(&self, image: &mut GrayImage) {
         let (face, stock) = (0.5 * self.solid.extent().as_vec(), 0.5 * self.solid.stock_extent().as_vec());
-        closed(image, self.solid.shape().outline(self.solid.extent()).iter().map(|&p| self.at(p)));
+        let outline = match self.solid.contour() {
+            Some(contour) => contour.polygon(1e-3 * face.max_element()),
+            None => self.solid.shape().outline(self.solid.extent()),
+        };
+        closed(image, outline.iter().map(|&p| self.at(p)));
         if self.solid.shape().rim.is_some() {
             let corners = [-face, DVec2::new(face.x, -face.y), face, DVec2::new(-face.x, face.y)];
             closed(image, corners.iter().map(|&p| self.at(p)));

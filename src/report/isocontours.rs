@@ -73,7 +73,7 @@ fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> Gra
     let longest = f64::from(longest_px.max(64));
     let [width, height] = (size / size.max_element() * longest).round().max(DVec2::splat(2.0)).to_array();
     let relief = Relief::sample(surface, width as usize, height as usize);
-    let (low, high) = surface.heights_mm().min_max();
+    let (low, high) = surface.range_mm();
     let mut image = GrayImage::from_pixel(width as u32, height as u32, Luma([TINT[1] as u8]));
     if let Some(interval) = interval {
         for (i, j, pixel) in image.enumerate_pixels_mut() {
@@ -83,6 +83,16 @@ fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> Gra
         }
         draw_lines(&mut image, &relief, interval);
         draw_labels(&mut image, &relief, interval);
+    }
+    let outline = surface.contour();
+    if !outline.is_rectangle() {
+        let (columns, rows) = (width as usize, height as usize);
+        for (i, j, pixel) in image.enumerate_pixels_mut() {
+            // From +x and +y to right and down.
+            if !outline.contains(-surface.extent().node(i as usize, j as usize, columns, rows)) {
+                *pixel = Luma([255]);
+            }
+        }
     }
     image
 }

@@ -72,8 +72,8 @@ impl Solid {
         let edges = edges(triangles, |t| self.triangle(t))?;
         euler(self.vertex_count(), edges, triangles)?;
         for (face, range) in self.faces() {
-            let normal = face.normal().map(f64::from);
             let areas = range.into_par_iter().map(|t| {
+                let normal = self.normal_at(face, self.triangle(t)[0]).map(f64::from);
                 let [a, b, c] = self.corners(t);
                 (t, 0.5 * dot(cross(sub(b, a), sub(c, a)), normal))
             });

@@ -44,7 +44,7 @@ impl Nodes {
             Face::East => (0..=top).map(|j| self.index(right, j)).collect(),
             Face::North => (0..=right).rev().map(|i| self.index(i, top)).collect(),
             Face::West => (0..=top).rev().map(|j| self.index(0, j)).collect(),
-            Face::Exit | Face::Entry | Face::Rim | Face::Mark => Vec::new(),
+            Face::Exit | Face::Entry | Face::Rim | Face::Side | Face::Mark => Vec::new(),
         }
     }
 }
@@ -138,7 +138,8 @@ impl Solid {
     }
 
     pub(super) fn number_faces(&mut self) {
-        let exit = 2 * (self.exit.x.len() - 1) * (self.exit.y.len() - 1);
+        let full = 2 * (self.exit.x.len() - 1) * (self.exit.y.len() - 1);
+        let exit = self.trimmed.as_ref().map_or(full, |trimmed| trimmed.triangles.len());
         let mut end = exit;
         self.faces = vec![(Face::Exit, 0..exit)];
         for (face, triangles) in &self.planes {

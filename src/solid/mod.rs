@@ -13,6 +13,8 @@
 //!   border nodes on it, would be thousands of slivers; a full grid would double the file and say nothing.
 //! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry border. There is no
 //!   vertex between the two faces: a reader finds the height nodes as all vertices above the entry plane.
+//! - *Other outlines* than a rectangle: whole cells inside, a ring between them and the curve, one wall all around, and an
+//!   entry face fanned out from its middle.
 //! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
 //!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
 
@@ -21,6 +23,7 @@ mod close;
 mod error;
 mod shape;
 mod stock;
+mod trim;
 mod walls;
 
 pub use check::{Fault, Invariants};
@@ -30,12 +33,13 @@ pub use shape::{Origin, Rim, Shape};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
-    grid::Extent,
+    grid::{Contour, Extent},
     surface::{HeightField, SurfaceSpline},
 };
 use close::Nodes;
 use glam::{DVec2, DVec3};
 use std::ops::Range;
+use trim::Trimmed;
 
 /// One planar or structured side of the block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +58,8 @@ pub enum Face {
     West,
     /// The plane around the exit face, facing `+z`.
     Rim,
+    /// The wall around a block that is not rectangular.
+    Side,
     /// The wall that cuts off a corner of the rim, facing `+x` and `+y`.
     Mark,
 }
@@ -62,7 +68,8 @@ impl Face {
     /// The four walls, counter-clockwise as seen from `+z`.
     pub const WALLS: [Self; 4] = [Self::South, Self::East, Self::North, Self::West];
 
-    /// Outward unit normal; of the exit face, that of its mean plane.
+    /// Outward unit normal; of the exit face, that of its mean plane. Of a wall all around there is none:
+    /// [`Solid::normal_at`] knows it.
     pub const fn normal(self) -> [f32; 3] {
         match self {
             Self::Exit => [0.0, 0.0, 1.0],
@@ -72,6 +79,7 @@ impl Face {
             Self::North => [0.0, 1.0, 0.0],
             Self::West => [-1.0, 0.0, 0.0],
             Self::Rim => [0.0, 0.0, 1.0],
+            Self::Side => [0.0; 3],
             Self::Mark => [std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2, 0.0],
         }
     }
@@ -98,6 +106,8 @@ pub struct Solid {
     shape: Shape,
     origin: DVec3,
     exit: Nodes,
+    /// The exit face if it is no full grid.
+    trimmed: Option<Trimmed>,
     entry_nodes: (usize, usize),
     normals: Vec<[f32; 3]>,
     /// Vertices that are no nodes of the exit face, and the triangles of every plane.
@@ -136,6 +146,9 @@ impl Solid {
         let surface = surface.with_skirt(shape.skirt_mm);
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
+        if !surface.contour().is_rectangle() && (shape.rim.is_some() || shape.skirt_mm > 0.0) {
+            return Err(SolidError::Outline);
+        }
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
             return Err(SolidError::TooManyNodes { nx, ny });
         }
@@ -154,7 +167,10 @@ impl Solid {
         if let Some(k) = field.as_slice().iter().position(|z| !z.is_finite()) {
             return Err(SolidError::NotFinite { i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
         }
-        let (low, high) = field.min_max();
+        let spline = SurfaceSpline::through(&surface);
+        let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(&surface, &spline) };
+        let heights = border.iter().map(|(_, height)| *height);
+        let (low, high) = heights.fold(surface.range_mm(), |(low, high), z| (low.min(z), high.max(z)));
         let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
         let top = high + shape.rise_mm();
         let entry_z = (top - thickness_mm) as f32;
@@ -169,8 +185,9 @@ impl Solid {
             shape,
             origin,
             exit: Nodes::new(0, extent, (nx, ny), origin),
+            trimmed: None,
             entry_nodes: (2, 2),
-            normals: exit_normals(&surface),
+            normals: Vec::new(),
             rest: Vec::new(),
             planes: Vec::new(),
             faces: Vec::new(),
@@ -179,6 +196,13 @@ impl Solid {
             thickness_mm,
             thinnest_mm: thickness_mm - (high - low) - shape.rise_mm(),
         };
+        if !border.is_empty() {
+            let trimmed = solid.trim(&spline, &border);
+            solid.close_along(trimmed);
+            solid.number_faces();
+            return Ok(solid);
+        }
+        solid.normals = spline.node_slopes().as_slice().iter().map(|&slope| normal_of(slope)).collect();
         match shape.rim {
             None => solid.close_below(),
             Some(rim) => {
@@ -270,11 +294,24 @@ impl Solid {
 
     /// How many vertices there are.
     pub fn vertex_count(&self) -> usize {
-        self.exit.len() + self.rest.len()
+        self.exit_vertex_count() + self.rest.len()
+    }
+
+    /// How many vertices the exit face has; they are the first ones.
+    pub fn exit_vertex_count(&self) -> usize {
+        self.trimmed.as_ref().map_or(self.exit.len(), |trimmed| trimmed.vertices.len())
+    }
+
+    /// The curve around the block as seen along the axis, if it is not rectangular.
+    pub fn contour(&self) -> Option<Contour> {
+        Some(self.surface.contour()).filter(|contour| !contour.is_rectangle())
     }
 
     /// Vertex `v`, mm from the origin of the shape.
     pub fn vertex(&self, v: usize) -> [f32; 3] {
+        if let Some(trimmed) = &self.trimmed {
+            return trimmed.vertices.get(v).copied().unwrap_or_else(|| self.rest[v - trimmed.vertices.len()]);
+        }
         match self.surface.heights_mm().as_slice().get(v) {
             Some(&height) => {
                 [self.exit.x[v % self.exit.x.len()], self.exit.y[v / self.exit.x.len()], self.file_z(height)]
@@ -291,7 +328,7 @@ impl Solid {
         })
     }
 
-    /// Outward unit normals of the smooth exit face at its nodes, in the order of the vertices: those of the spline through
+    /// Outward unit normals of the smooth exit face at its vertices, in the order of the vertices: those of the spline through
     /// the heights, not of the facets.
     pub fn exit_normals(&self) -> &[[f32; 3]] {
         &self.normals
@@ -315,6 +352,9 @@ impl Solid {
     pub fn triangle(&self, t: usize) -> [u32; 3] {
         let cells = self.exit.x.len() - 1;
         if t < self.faces[0].1.end {
+            if let Some(trimmed) = &self.trimmed {
+                return trimmed.triangles[t];
+            }
             let (i, j) = (t / 2 % cells, t / 2 / cells);
             // Around the cell, counter-clockwise from +z.
             let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.exit.index(i, j));
@@ -372,12 +412,10 @@ enum Diagonal {
     Falling,
 }
 
-/// Unit normals of the smooth exit face at its nodes, towards `+z`.
-fn exit_normals(surface: &HeightField) -> Vec<[f32; 3]> {
-    let slopes = SurfaceSpline::through(surface).node_slopes();
+/// Unit normal of a face of these slopes, towards `+z`.
+fn normal_of(slope: DVec2) -> [f32; 3] {
     // `+ 0.0` turns a negative zero into a positive one.
-    let normal = |slope: &DVec2| (-slope.extend(-1.0)).normalize().as_vec3().to_array().map(|c| c + 0.0);
-    slopes.as_slice().iter().map(normal).collect()
+    (-slope.extend(-1.0)).normalize().as_vec3().to_array().map(|c| c + 0.0)
 }
 
 #[cfg(test)]

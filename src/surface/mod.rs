@@ -1,6 +1,7 @@
 //! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the control net of CAD files.
 
 mod axis;
+mod extend;
 mod integrate;
 mod net;
 mod polish;
@@ -11,28 +12,55 @@ pub use net::{ControlNet, DEGREE, FitError};
 pub use polish::{Polish, PolishError};
 pub use spline::{SurfaceSample, SurfaceSpline};
 
-use crate::grid::{Extent, Field};
+use crate::grid::{Contour, Extent, Field, Outline};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Heights of the exit face at nodes that span it edge to edge, mm, with the mean of all nodes at 0, but for those of a
-/// [skirt](Self::with_skirt).
+/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0, but for
+/// those of a [skirt](Self::with_skirt).
+///
+/// Nodes beyond the outline carry a smooth continuation, which the spline through the nodes needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeightField {
     extent: Extent,
+    outline: Outline,
     heights_mm: Field<f64>,
 }
 
 impl HeightField {
-    /// Takes over node heights, mm, and shifts them to the mean 0.
+    /// Takes over node heights of a rectangular face, mm, and shifts them to the mean 0.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side (a cubic needs four).
-    pub fn new(extent: Extent, mut heights_mm: Field<f64>) -> Self {
+    pub fn new(extent: Extent, heights_mm: Field<f64>) -> Self {
+        Self::outlined(extent, Outline::Rectangle, heights_mm)
+    }
+
+    /// Takes over node heights of a face of any outline, mm, and shifts them to the mean 0 of those within. Nodes beyond the
+    /// outline that are not a number are given a smooth continuation.
+    ///
+    /// # Panics
+    /// With fewer than 4 nodes along a side (a cubic needs four).
+    pub fn outlined(extent: Extent, outline: Outline, mut heights_mm: Field<f64>) -> Self {
         assert!(heights_mm.nx() >= 4 && heights_mm.ny() >= 4, "a height field needs 4 x 4 nodes");
-        let mean = heights_mm.mean();
+        let contour = outline.within(extent);
+        let mean = if contour.is_rectangle() {
+            heights_mm.mean()
+        } else {
+            extend::fill_missing(&mut heights_mm);
+            let (sum, count) = within(&contour, &heights_mm).fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
+            sum / f64::from(count)
+        };
         heights_mm.as_mut_slice().iter_mut().for_each(|z| *z -= mean);
-        Self { extent, heights_mm }
+        Self { extent, outline, heights_mm }
+    }
+
+    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0.
+    ///
+    /// # Panics
+    /// With fewer than 4 nodes along a side.
+    pub fn with_heights(&self, heights_mm: Field<f64>) -> Self {
+        Self::outlined(self.extent, self.outline, heights_mm)
     }
 
     /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there. Heights stay as they are: their mean is 0
@@ -60,7 +88,7 @@ impl HeightField {
             line.iter().enumerate().for_each(|(j, &z)| heights[(i, j)] = z);
         }
         let size = self.extent.as_vec() + 2.0 * cells * spacing;
-        Self { extent: Extent::new(size.x, size.y), heights_mm: heights }
+        Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
     }
 
     /// Size of the face.
@@ -68,7 +96,17 @@ impl HeightField {
         self.extent
     }
 
-    /// Node heights, mm.
+    /// The outline of the face within its extent.
+    pub fn outline(&self) -> Outline {
+        self.outline
+    }
+
+    /// The curve around the face.
+    pub fn contour(&self) -> Contour {
+        self.outline.within(self.extent)
+    }
+
+    /// Node heights, mm; beyond the outline, their continuation.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
     }
@@ -82,12 +120,24 @@ impl HeightField {
         for (j, row) in data.chunks_mut(nx).enumerate() {
             lattice.row(j, &mut scratch, |i, height, _| row[i] = height);
         }
-        Self::new(self.extent, Field::from_vec(nx, ny, data))
+        self.with_heights(Field::from_vec(nx, ny, data))
+    }
+
+    /// Least and greatest node height within the outline, mm.
+    pub fn range_mm(&self) -> (f64, f64) {
+        let contour = self.contour();
+        if contour.is_rectangle() {
+            return self.heights_mm.min_max();
+        }
+        within(&contour, &self.heights_mm).fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| {
+            // Also where a height is not a number.
+            if z.is_nan() { (z, z) } else { (low.min(z), high.max(z)) }
+        })
     }
 
     /// Peak to valley, mm.
     pub fn relief_mm(&self) -> f64 {
-        let (low, high) = self.heights_mm.min_max();
+        let (low, high) = self.range_mm();
         high - low
     }
 }
@@ -127,6 +177,18 @@ fn go_on(line: &mut [f64], count: usize) {
         }
         line.reverse();
     }
+}
+
+/// The heights of the nodes within a contour, row by row.
+fn within<'a>(contour: &'a Contour, heights: &'a Field<f64>) -> impl Iterator<Item = f64> + 'a {
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let extent = contour.extent();
+    heights
+        .as_slice()
+        .iter()
+        .enumerate()
+        .filter(move |(k, _)| contour.contains(extent.node(k % nx, k / nx, nx, ny)))
+        .map(|(_, &z)| z)
 }
 
 #[cfg(test)]

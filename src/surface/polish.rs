@@ -128,7 +128,7 @@ impl Polish {
         CosineFilter::new(Symmetry::Nodes, wide, high).apply(&mut padded, |kx, ky| response(along_x[kx] * along_y[ky]));
         let mut data = vec![0.0; nx * ny];
         data.par_chunks_mut(nx).enumerate().for_each(|(j, row)| row.copy_from_slice(&padded.row(j + py)[px..px + nx]));
-        HeightField::new(surface.extent(), Field::from_vec(nx, ny, data))
+        surface.with_heights(Field::from_vec(nx, ny, data))
     }
 }
 

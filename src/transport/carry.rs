@@ -2,7 +2,10 @@
 //! lights, and from the path of that point the height.
 
 use super::{path::OpticalPath, spline::PathSpline};
-use crate::grid::{Extent, Field};
+use crate::{
+    bench::Bench,
+    grid::{Contour, Extent, Field},
+};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -10,6 +13,7 @@ use rayon::prelude::*;
 #[derive(Clone, Debug)]
 pub(super) struct Carrier {
     lens: Extent,
+    outline: Contour,
     /// In units of receiver nodes. Kept from call to call as a start of the next search.
     landing: Field<DVec2>,
 }
@@ -17,9 +21,30 @@ pub(super) struct Carrier {
 /// Heights, and how well they could be found.
 #[derive(Clone, Debug)]
 pub(super) struct Carried {
+    /// Not a number where no ray of the window leaves the lens: beyond its outline, but for a few nodes.
     pub(super) heights_mm: Field<f64>,
     /// Lens nodes whose ray did not land within a tenth of a receiver cell of its wanted place.
     pub(super) missed: usize,
+}
+
+/// Width of the margin beyond a curved outline, in lens nodes, whose heights are those of the path continued beyond the window:
+/// the spline through the nodes then knows the face up to its outline.
+const COLLAR: f64 = 2.5;
+/// How far beyond the window the path is continued for that, in receiver cells.
+const BEYOND: f64 = 6.0;
+impl Carried {
+    /// Mean height of the lens's nodes, mm: where the face stands.
+    pub(super) fn mean_mm(&self, bench: &Bench) -> f64 {
+        let (outline, heights) = (bench.contour(), &self.heights_mm);
+        if outline.is_rectangle() {
+            return heights.mean();
+        }
+        let (nx, ny) = (heights.nx(), heights.ny());
+        let within = |k: &usize| outline.contains(bench.block().node(k % nx, k / nx, nx, ny));
+        let (sum, count) =
+            (0..nx * ny).filter(within).fold((0.0, 0), |(sum, count), k| (sum + heights.as_slice()[k], count + 1));
+        sum / f64::from(count)
+    }
 }
 
 /// Newton steps for the landing point of a node.
@@ -28,15 +53,16 @@ const STEPS: usize = 8;
 const ENOUGH: f64 = 2e-3;
 
 impl Carrier {
-    pub(super) fn new(lens: Extent, nodes: (usize, usize)) -> Self {
-        Self { lens, landing: Field::filled(nodes.0, nodes.1, DVec2::NAN) }
+    pub(super) fn new(outline: Contour, nodes: (usize, usize)) -> Self {
+        Self { lens: outline.extent(), outline, landing: Field::filled(nodes.0, nodes.1, DVec2::NAN) }
     }
 
     /// The heights at the lens's nodes.
     pub(super) fn heights(&mut self, path: &OpticalPath, spline: &PathSpline) -> Carried {
         self.rasterise(path, spline);
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
-        let lens = self.lens;
+        let (lens, outline) = (self.lens, self.outline);
+        let collar = COLLAR * lens.node_spacing(nx, ny).max_element();
         let mut heights = vec![0.0; nx * ny];
         let missed: Vec<usize> = heights
             .par_chunks_mut(nx)
@@ -45,9 +71,18 @@ impl Carrier {
             .map(|(j, (heights, landing))| {
                 let mut missed = 0;
                 for (i, (height, landing)) in heights.iter_mut().zip(landing).enumerate() {
-                    let (found, hit) = search(path, spline, lens.node(i, j, nx, ny), landing);
-                    *height = found;
-                    missed += usize::from(!hit);
+                    let x = lens.node(i, j, nx, ny);
+                    if outline.contains(x) {
+                        let (found, hit) = search(path, spline, x, landing, 0.0);
+                        *height = found;
+                        missed += usize::from(!hit);
+                        continue;
+                    }
+                    *height = f64::NAN;
+                    if outline.level(x).distance_mm < collar {
+                        let (found, hit) = search(path, spline, x, landing, BEYOND);
+                        *height = if hit { found } else { f64::NAN };
+                    }
                 }
                 missed
             })
@@ -188,16 +223,16 @@ fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
 }
 
 /// Newton's iteration for `T(y) = x` from `landing`, which is updated. The height is the best oval met on the way, since the
-/// face is their envelope; returned with it is whether the ray hit.
+/// face is their envelope; returned with it is whether the ray hit. It may go so many cells `beyond` the window.
 #[inline(always)]
-fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2) -> (f64, bool) {
+fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2, beyond: f64) -> (f64, bool) {
     let grid = spline.grid;
-    let most = DVec2::new(grid.cells.0 as f64, grid.cells.1 as f64);
-    let mut at = landing.clamp(DVec2::ZERO, most);
+    let (least, most) = (DVec2::splat(-beyond), DVec2::new(grid.cells.0 as f64, grid.cells.1 as f64) + beyond);
+    let mut at = landing.clamp(least, most);
     let mut best = (f64::NAN, at);
     let mut miss = f64::INFINITY;
     for _ in 0..STEPS {
-        let jet = spline.jet(at);
+        let jet = if beyond > 0.0 { spline.jet_beyond(at) } else { spline.jet(at) };
         let y = grid.point(at);
         let height = path.oval_height(x, y, jet.value);
         if best.0.is_nan() || path.forms_face(height, best.0) {
@@ -212,7 +247,7 @@ fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2
         let step = jacobian.inverse() * error / grid.spacing;
         // A step of more than a few cells says that the map is folded or flat here.
         let step = step.clamp_length_max(4.0);
-        let next = (at - step).clamp(DVec2::ZERO, most);
+        let next = (at - step).clamp(least, most);
         miss = (next - at).length();
         if miss < ENOUGH {
             break;

@@ -1,4 +1,4 @@
-//! The collocated equation: light is conserved at every node of the receiver, and the lens maps onto itself.
+//! The collocated equation: light is conserved at every node of the receiver, and the window maps onto the lens.
 //!
 //! With `A` the jacobian of the footprint, scaled to the unit squares of window and lens, conservation is
 //! `det A = f e^mu`, `f` the target of mean 1. It is solved in its convex form
@@ -14,7 +14,10 @@ use super::{
     path::OpticalPath,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
 };
-use crate::{bench::Bench, grid::Field};
+use crate::{
+    bench::Bench,
+    grid::{Contour, Field},
+};
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
@@ -48,8 +51,8 @@ pub(super) struct Equation<'a> {
     pub(super) light: &'a Field<f64>,
     /// `W_j / L_i` for the window `W` and the lens `L`.
     unit: DMat2,
-    /// Half the size of the lens, mm.
-    half_lens: DVec2,
+    /// What the border of the window maps to.
+    pub(super) contour: Contour,
 }
 
 /// Sums over the nodes.
@@ -68,7 +71,7 @@ impl<'a> Equation<'a> {
     pub(super) fn new(bench: &Bench, grid: ReceiverGrid, light: &'a Field<f64>) -> Self {
         let (window, lens) = (bench.window().as_vec(), bench.block().as_vec());
         let unit = DMat2::from_cols(window.x / lens, window.y / lens);
-        Self { path: OpticalPath::new(bench), grid, light, unit, half_lens: 0.5 * lens }
+        Self { path: OpticalPath::new(bench), grid, light, unit, contour: bench.contour() }
     }
 
     /// The residual at every node, and its sums; none if somewhere no ray exists.
@@ -139,107 +142,6 @@ impl<'a> Equation<'a> {
     #[inline(always)]
     fn scaled(&self, a: DMat2) -> DMat2 {
         DMat2::from_cols(a.x_axis * self.unit.x_axis, a.y_axis * self.unit.y_axis)
-    }
-
-    /// Sets the border slopes so that the normal component of the lens point lies on the edge of the lens, and the ghosts.
-    pub(super) fn fit_border(&self, state: &mut State) {
-        state.spline.set_ghosts(&state.slopes);
-        for _ in 0..BORDER_SWEEPS {
-            let worst = self.each_border_node(state, |side, _, slope, jet, y| {
-                let (axis, edge) = self.edge(side);
-                let Some(ray) = self.path.ray(y, jet.value, jet.slope) else { return 0.0 };
-                let miss = self.path.lens_point(y, &ray)[axis] - edge;
-                let by_slope = self.path.lens_point_variation(&ray, axis)[1 + axis];
-                *slope -= miss / by_slope;
-                miss.abs()
-            });
-            if worst < 1e-13 * self.half_lens.max_element() {
-                return;
-            }
-            state.spline.set_ghosts(&state.slopes);
-        }
-    }
-
-    /// How the border slopes follow the unknown: `d slope = of_value du + of_tangent du_t` at every node of the border.
-    pub(super) fn linearise_border(&self, state: &mut State) -> BorderRows {
-        let mut rows = BorderRows { sides: [(); 4].map(|()| Vec::new()), active: false };
-        self.each_border_node(state, |side, _, _, jet, y| {
-            let (axis, _) = self.edge(side);
-            let row = match self.path.ray(y, jet.value, jet.slope) {
-                Some(ray) => {
-                    let d = self.path.lens_point_variation(&ray, axis);
-                    [-d[0] / d[1 + axis], -d[2 - axis] / d[1 + axis]]
-                }
-                None => [0.0; 2],
-            };
-            rows.active |= row.iter().any(|v| v.abs() > 1e-9);
-            rows.sides[side].push(row);
-            0.0
-        });
-        rows
-    }
-
-    /// Normal axis and position of the lens's edge that side `side` of the window maps to.
-    fn edge(&self, side: usize) -> (usize, f64) {
-        let axis = side / 2;
-        (axis, if side.is_multiple_of(2) { -self.half_lens[axis] } else { self.half_lens[axis] })
-    }
-
-    /// Calls `f(side, k, slope, jet, y)` for every border node; returns the greatest of its values.
-    fn each_border_node(
-        &self,
-        state: &mut State,
-        mut f: impl FnMut(usize, usize, &mut f64, super::path::Jet, DVec2) -> f64,
-    ) -> f64 {
-        let State { spline, slopes, .. } = state;
-        let (mx, my) = self.grid.cells;
-        let mut worst = 0.0_f64;
-        for (side, values) in slopes.sides_mut().into_iter().enumerate() {
-            for (k, slope) in values.iter_mut().enumerate() {
-                let (i, j) = border_node(side, k, (mx, my));
-                worst = worst.max(f(side, k, slope, spline.node_jet(i, j), self.grid.node(i, j)));
-            }
-        }
-        worst
-    }
-}
-
-/// Newton steps for the border slopes at a time. They hardly depend on anything but themselves, and are revisited whenever the
-/// residual is.
-const BORDER_SWEEPS: usize = 3;
-
-/// See [`Equation::linearise_border`]; sides in the order left, right, lower, upper.
-#[derive(Clone, Debug)]
-pub(super) struct BorderRows {
-    sides: [Vec<[f64; 2]>; 4],
-    active: bool,
-}
-
-impl BorderRows {
-    /// Sets the ghosts of a variation of the unknown, whose inner coefficients are given, to the border's own variation.
-    pub(super) fn set_ghosts(&self, spline: &mut PathSpline, slopes: &mut BorderSlopes) {
-        super::spline::reflect(&mut spline.coefficients);
-        if !self.active {
-            return;
-        }
-        let cells = spline.grid.cells;
-        for (side, values) in slopes.sides_mut().into_iter().enumerate() {
-            for (k, (slope, row)) in values.iter_mut().zip(&self.sides[side]).enumerate() {
-                let (i, j) = border_node(side, k, cells);
-                let jet = spline.node_jet(i, j);
-                *slope = row[0] * jet.value + row[1] * jet.slope[1 - side / 2];
-            }
-        }
-        spline.set_ghosts(slopes);
-    }
-}
-
-fn border_node(side: usize, k: usize, (mx, my): (usize, usize)) -> (usize, usize) {
-    match side {
-        0 => (0, k),
-        1 => (mx, k),
-        2 => (k, 0),
-        _ => (k, my),
     }
 }
 

@@ -30,11 +30,11 @@ pub(super) fn settle(solved: &mut Solved, bench: &Bench, nodes: (usize, usize), 
     let Light::Point { position_mm, .. } = bench.light() else { return };
     let near_mm = bench.distance_mm().min(position_mm.z.abs());
     let path = OpticalPath::new(bench);
-    let mut carrier = Carrier::new(bench.block(), nodes);
+    let mut carrier = Carrier::new(bench.contour(), nodes);
     for _ in 0..CORRECTIONS {
         let began = Instant::now();
         let carried = carrier.heights(&path, &solved.state.spline);
-        let mean = carried.heights_mm.mean();
+        let mean = carried.mean_mm(bench);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
         if carried.missed > 0 || mean.is_nan() || mean.abs() < ENOUGH * near_mm {
             return;

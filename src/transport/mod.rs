@@ -1,5 +1,6 @@
 //! The transport solver: the optical path on the receiver, of which warp and true displaced height follow in closed form.
 
+mod border;
 mod carry;
 mod equation;
 mod height;

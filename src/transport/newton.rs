@@ -1,7 +1,8 @@
 //! Inexact Newton iteration on one grid: GMRES to a tenth, preconditioned by the operator's mean, which is diagonal in cosines.
 
 use super::{
-    equation::{BorderRows, Equation, Row, State, Sums},
+    border::BorderRows,
+    equation::{Equation, Row, State, Sums},
     krylov::Gmres,
     spline::{BorderSlopes, PathSpline},
 };

@@ -343,13 +343,14 @@ impl OpticalPath {
         ]
     }
 
-    /// Derivatives of the lens point's component along `axis` with respect to `u, u_x, u_y`.
-    pub(super) fn lens_point_variation(&self, ray: &Ray, axis: usize) -> [f64; 3] {
+    /// Derivatives of the lens point's component along the unit vector `along` with respect to `u, u_x, u_y`.
+    pub(super) fn lens_point_variation(&self, ray: &Ray, along: DVec2) -> [f64; 3] {
         let axes = self.receiver.axes();
-        let (row, across) = (DVec2::new(axes.x_axis[axis], axes.y_axis[axis]), axes.z_axis[axis]);
-        let along = self.direction(ray.s, ray.c)[axis];
-        let of_slope = self.dl_ds(ray) * -along - row * ray.length + ray.s * (across * ray.length / ray.c);
-        [along * self.kappa / ray.q, self.kappa * of_slope.x, self.kappa * of_slope.y]
+        let row = DVec2::new(axes.x_axis.truncate().dot(along), axes.y_axis.truncate().dot(along));
+        let across = axes.z_axis.truncate().dot(along);
+        let part = self.direction(ray.s, ray.c).truncate().dot(along);
+        let of_slope = self.dl_ds(ray) * -part - row * ray.length + ray.s * (across * ray.length / ray.c);
+        [part * self.kappa / ray.q, self.kappa * of_slope.x, self.kappa * of_slope.y]
     }
 
     /// The height over `x` of the face that sends all of its light to `y` with this path: the Cartesian oval through `x`.

@@ -94,13 +94,16 @@ pub(super) fn solve(
         let mut current = match state.take() {
             Some(coarse) => {
                 let (spline, slopes) = coarse.spline.on(grid);
-                State { spline, slopes, mu: 0.0 }
+                State { spline, slopes, mu: bench.contour().share_of_extent().ln() }
             }
             None => start::plain(bench, grid),
         };
         let mut newton = Newton::new(&current);
         newton.height_mm = height_mm;
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
+        if done == 0 {
+            start::round_corners(bench, grid, &light, &mut newton, &mut current, criterion);
+        }
         let outcome = uneven::run(&mut newton, bench, grid, &light, &mut current, criterion).ok_or_else(|| {
             SolveError::Failed {
                 solver: NAME,

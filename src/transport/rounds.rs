@@ -67,7 +67,7 @@ pub(super) fn close(
 ) -> Result<(HeightField, Field<f64>), SolveError> {
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
     let mut rounds = options.rounds();
-    let mut carrier = Carrier::new(bench.block(), nodes);
+    let mut carrier = Carrier::new(bench.contour(), nodes);
     let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
     let mut stage = 0;
@@ -78,12 +78,12 @@ pub(super) fn close(
         let began = Instant::now();
         let carried = carrier.heights(&path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
-        let mean = carried.heights_mm.mean();
+        let mean = carried.mean_mm(bench);
         if carried.missed == 0 && mean.abs() < MOST_SHIFT * bench.distance_mm() {
             newton.height_mm -= mean;
         }
-        let surface = HeightField::new(bench.block(), carried.heights_mm);
-        let highest = surface.heights_mm().min_max().1;
+        let surface = HeightField::outlined(bench.block(), bench.outline(), carried.heights_mm);
+        let highest = surface.range_mm().1;
         // Also where a height is not a number.
         if highest.is_nan() || bench.receiver().clearance_mm(bench.block(), highest) <= 0.0 {
             if best.is_some() {

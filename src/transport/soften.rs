@@ -55,10 +55,15 @@ fn violations(surface: &HeightField, bench: &Bench, radius_mm: f64) -> Field<boo
         // Also where a corner is not a number.
         [(b - a).perp_dot(c - a), (c - a).perp_dot(d - a)].iter().any(|area| area.is_nan() || *area < 0.0)
     };
+    let outline = surface.contour();
     let mut mask = vec![false; nx * ny];
     mask.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
         for (i, broken) in row.iter_mut().enumerate() {
-            let [xx, xy, yy] = spline.sample(surface.extent().node(i, j, nx, ny)).curvature;
+            let at = surface.extent().node(i, j, nx, ny);
+            if !outline.contains(at) {
+                continue;
+            }
+            let [xx, xy, yy] = spline.sample(at).curvature;
             // The larger eigenvalue of the Hessian bounds every normal curvature.
             let bend = (0.5 * (xx + yy)).abs() + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
             let beams = |k: usize, n: usize| (2 * k).saturating_sub(1)..=(2 * k).min(2 * n - 3);
@@ -108,7 +113,7 @@ fn diffuse(surface: &HeightField, rates: &Field<f64>) -> HeightField {
                 * (if ci == i { bend_x } else { -bend_x } + if cj == j { bend_y } else { -bend_y });
         }
     });
-    HeightField::new(surface.extent(), Field::from_vec(nx, ny, data))
+    surface.with_heights(Field::from_vec(nx, ny, data))
 }
 
 /// Takes away the shortest wave in one step.

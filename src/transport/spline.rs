@@ -205,6 +205,19 @@ impl PathSpline {
         }
     }
 
+    /// Value and derivatives at a position in units of nodes that may lie beyond the window: the parabola at the nearest point of its
+    /// border goes on.
+    pub(super) fn jet_beyond(&self, position: DVec2) -> Jet {
+        let border = position.clamp(DVec2::ZERO, DVec2::new(self.grid.cells.0 as f64, self.grid.cells.1 as f64));
+        let mut jet = self.jet(border);
+        let step = (position - border) * self.grid.spacing;
+        let [xx, xy, yy] = jet.curvature;
+        let rise = DVec2::new(xx * step.x + xy * step.y, xy * step.x + yy * step.y);
+        jet.value += jet.slope.dot(step) + 0.5 * rise.dot(step);
+        jet.slope += rise;
+        jet
+    }
+
     /// Value and derivatives at a position in units of nodes, which is clamped to the window.
     #[inline(always)]
     pub(super) fn jet(&self, position: DVec2) -> Jet {

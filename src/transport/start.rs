@@ -1,7 +1,8 @@
 //! Where the iteration starts, and whether the bench allows any picture at all.
 
 use super::{
-    equation::State,
+    equation::{Equation, State},
+    newton::{Criterion, Newton},
     path::OpticalPath,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
 };
@@ -21,11 +22,13 @@ use glam::DVec2;
 pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
     const POINTS: usize = 9;
     let (path, light) = (OpticalPath::new(bench), Incidence::of(bench));
+    let outline = bench.contour();
     let mut worst: Option<(DVec2, f64)> = None;
     for j in 0..POINTS {
         for i in 0..POINTS {
+            let node = bench.block().node(i, j, POINTS, POINTS);
             let (x, y) = (
-                bench.block().node(i, j, POINTS, POINTS),
+                if outline.contains(node) { node } else { outline.foot(node) },
                 bench.window().node(i, j, POINTS, POINTS) + bench.window_centre_mm(),
             );
             let direction = bench.receiver().point(y) - x.extend(0.0);
@@ -61,7 +64,7 @@ pub(super) fn explain(error: SolveError, bench: &Bench) -> SolveError {
 /// Such a face. Parallel light reaches any.
 pub(super) fn check_light_reaches(surface: &HeightField, bench: &Bench) -> Result<(), SolveError> {
     let Light::Point { position_mm, thickness_mm, .. } = bench.light() else { return Ok(()) };
-    let (low, high) = surface.heights_mm().min_max();
+    let (low, high) = surface.range_mm();
     let (height_mm, limit_mm, what, reaches) = match bench.exit_face() {
         ExitFace::Refracts { .. } => (low, -thickness_mm, "entry face", low <= -thickness_mm),
         ExitFace::Reflects => (high, position_mm.z, "light source", high >= position_mm.z),
@@ -69,7 +72,34 @@ pub(super) fn check_light_reaches(surface: &HeightField, bench: &Bench) -> Resul
     if reaches { Err(SolveError::ReachesLight { height_mm, limit_mm, what }) } else { Ok(()) }
 }
 
-/// A state whose map is close to the plain one of window to block: exact along both axes through the centre of the window.
+/// Steps from a rectangle to the outline of the lens.
+const ROUNDINGS: usize = 8;
+
+/// Takes a state that fits a rectangle to the outline of the lens, on the coarsest grid: the corners grow step by step. What a
+/// step lacks is left to the next.
+pub(super) fn round_corners(
+    bench: &Bench,
+    grid: ReceiverGrid,
+    light: &Field<f64>,
+    newton: &mut Newton,
+    state: &mut State,
+    criterion: Criterion,
+) {
+    let (outline, mut equation) = (bench.contour(), Equation::new(bench, grid, light));
+    if outline.is_rectangle() {
+        return;
+    }
+    for step in 1..=ROUNDINGS {
+        equation.contour = outline.with_corners(step as f64 / ROUNDINGS as f64);
+        state.mu = equation.contour.share_of_extent().ln();
+        let mut next = state.clone();
+        if newton.run(&equation, &mut next, criterion).is_some() {
+            *state = next;
+        }
+    }
+}
+
+/// A state whose map is close to the plain one of window to the extent of the block: exact along both axes through the centre of the window.
 pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let path = OpticalPath::new(bench);
     let (nx, ny) = grid.nodes();

@@ -390,7 +390,7 @@ fn the_face_is_the_envelope_of_all_ovals_wherever_the_search_starts() {
         let solved = pyramid::solve(&Options::default(), &bars(40), &bench, nodes, &Silent, &mut summary).unwrap();
         let (grid, spline) = (solved.grid, &solved.state.spline);
         let path = Equation::new(&bench, grid, &solved.light).path;
-        let mut carrier = carry::Carrier::new(bench.block(), nodes);
+        let mut carrier = carry::Carrier::new(bench.contour(), nodes);
         // A first use leaves the landing points of a flat face behind.
         carrier.heights(&path, &start::plain(&bench, grid).spline);
         let carried = carrier.heights(&path, spline).heights_mm;

@@ -31,7 +31,12 @@ pub use objective::WarpObjective;
 pub use paper::{WarpingPaper, WarpingPaperOptions};
 pub use solve::AreaWeight;
 
-use crate::{bench::Bench, grid::Field, light::Light, solver::SolveError};
+use crate::{
+    bench::Bench,
+    grid::{Field, Outline},
+    light::Light,
+    solver::SolveError,
+};
 
 /// Least irradiance of a quad, relative to the mean.
 pub const LEAST_TARGET: f64 = 1e-3;
@@ -46,6 +51,7 @@ fn check_light(cells: &Field<f64>, limit: f64) -> Result<(), SolveError> {
 
 fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
     let what = match bench.light() {
+        _ if bench.outline() != Outline::Rectangle => "blocks that are not rectangular",
         Light::Point { .. } => "light from a point source",
         Light::Parallel { .. } if bench.profile().is_some() => "light that is spread unevenly over the block",
         Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",

@@ -114,7 +114,7 @@ async function main() {
     }
     await page.evaluate(() => {
       const slider = document.querySelector("#viewer input");
-      slider.value = 8;
+      slider.value = 6;
       slider.dispatchEvent(new Event("input"));
     });
     await shoot("stretched");

@@ -1,7 +1,12 @@
 //! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
-use crate::{mesh::Mesh, solid};
+use crate::{
+    mesh::Mesh,
+    outline::{Border, wall_tops},
+    solid,
+};
 use glam::{DVec2, DVec3};
+use std::sync::Arc;
 
 /// A block of glass whose exit face is a height field on a regular grid of vertices.
 #[derive(Clone, Debug)]
@@ -22,6 +27,8 @@ pub struct Block {
     pub(crate) normals: Option<Vec<DVec3>>,
     /// The plane around the exit face, mm, if there is one.
     rim_z: Option<f64>,
+    /// The curve around the exit face, if that is no rectangle.
+    border: Option<Arc<Border>>,
     /// Least and greatest corner of the entry face, mm.
     entry_face: (DVec2, DVec2),
 }
@@ -110,19 +117,23 @@ impl Block {
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
-            .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None)));
-        let (grid, rim_z) = plain.or_else(|plain| {
+            .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
+        let (grid, rim_z, border) = plain.or_else(|plain| {
+            if let Ok((grid, border)) = Grid::within(mesh, in_entry, &above) {
+                entry_face(mesh, in_entry, lo, plan_area(mesh))?;
+                return Ok((grid, None, Some(border)));
+            }
             // A rim around the exit face, which then is what is left above the entry face.
             let (in_rim, rim_z) = rim(mesh, in_entry, lo).ok_or_else(|| plain.clone())?;
             let inside = above.into_iter().filter(|v| !in_rim[*v as usize]).collect();
             let grid = Grid::over(mesh, inside).map_err(|_| plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
-            Ok((grid, Some(rim_z)))
+            Ok((grid, Some(rim_z), None))
         })?;
         let Grid { exit, lo: lower, hi: upper, nx, ny } = grid;
         let extent = upper - lower;
         let mut node_of = vec![u32::MAX; mesh.vertices.len()];
-        let mut vertex_at = vec![u32::MAX; exit.len()];
+        let mut vertex_at = vec![u32::MAX; nx * ny];
         for &v in &exit {
             let p = mesh.vertices[v as usize];
             let i = ((p.x - lower.x) / extent.x * (nx - 1) as f64).round() as usize;
@@ -134,8 +145,20 @@ impl Block {
             vertex_at[node] = v;
             node_of[v as usize] = node as u32;
         }
-        let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
-        let (diagonals, normals) = cells(mesh, &node_of, nx, ny)?;
+        let known: Vec<bool> = vertex_at.iter().map(|&v| v != u32::MAX).collect();
+        let height = |&v: &u32| mesh.vertices.get(v as usize).map_or(f64::NAN, |at| at.z);
+        let mut heights: Vec<f64> = vertex_at.iter().map(height).collect();
+        let (diagonals, mut normals) = cells(mesh, &node_of, &known, nx, ny)?;
+        let border = match border {
+            Some(points) => {
+                let around = || BlockError::Grid { why: "the walls do not go once around the exit face".into() };
+                let border = Border::new(points, known).ok_or_else(around)?;
+                border.complete(&mut heights, (nx, ny), lower, upper);
+                normals = None;
+                Some(Arc::new(border))
+            }
+            None => None,
+        };
         Ok(Self {
             lower,
             upper,
@@ -148,6 +171,7 @@ impl Block {
             diagonals,
             normals,
             rim_z,
+            border,
             entry_face: (lo.truncate(), hi.truncate()),
         })
     }
@@ -188,6 +212,7 @@ impl Block {
             diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
             normals: None,
             rim_z: None,
+            border: None,
             entry_face: (lower, upper),
         })
     }
@@ -252,6 +277,18 @@ impl Block {
         self.entry_face
     }
 
+    /// Whether the exit face is a rectangle. Else its outline is a polygon of the file's vertices, and nodes beyond it carry heights that
+    /// continue the face.
+    pub fn is_rectangular(&self) -> bool {
+        self.border.is_none()
+    }
+
+    /// Whether a point of the plan, mm, lies within the outline of the exit face.
+    #[inline]
+    pub fn covers(&self, at: DVec2) -> bool {
+        self.border.as_ref().is_none_or(|border| border.covers(at))
+    }
+
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
     pub fn heights_mm(&self) -> &[f64] {
         &self.heights
@@ -259,12 +296,23 @@ impl Block {
 
     /// Mean of the node heights, mm: 0 in a file that keeps to the frame.
     pub fn mean_exit_z_mm(&self) -> f64 {
+        if let Some(border) = &self.border {
+            // The file leaves out nodes that are next to the outline; where they would be, the face is known too.
+            let within = |k: &usize| border.covers(self.node(k % self.nx, k / self.nx).truncate());
+            let (sum, count) = (0..self.heights.len())
+                .filter(within)
+                .fold((0.0, 0), |(sum, count), k| (sum + self.heights[k], count + 1));
+            return sum / f64::from(count);
+        }
         self.heights.chunks(self.nx).map(|row| row.iter().sum::<f64>()).sum::<f64>() / self.heights.len() as f64
     }
 
-    /// Least and greatest node height, mm.
+    /// Least and greatest height of the file's vertices on the exit face, mm.
     pub fn height_range_mm(&self) -> (f64, f64) {
-        self.heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &z| (lo.min(z), hi.max(z)))
+        let known = |k: &usize| self.border.as_ref().is_none_or(|border| border.known[*k]);
+        let nodes = (0..self.heights.len()).filter(known).map(|k| self.heights[k]);
+        let border = self.border.iter().flat_map(|border| border.heights());
+        nodes.chain(border).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), z| (lo.min(z), hi.max(z)))
     }
 
     /// Glass between the entry face and the lowest point of the exit face, mm.
@@ -323,7 +371,44 @@ impl Grid {
         }
         Ok(Self { exit, lo, hi, nx, ny })
     }
+
+    /// Demands that these vertices are a regular grid but for those where the walls end, which go around it; returns the grid
+    /// that reaches around them, too, and them.
+    fn within(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, above: &[u32]) -> Result<(Self, Vec<DVec3>), BlockError> {
+        let tops = wall_tops(mesh, in_entry);
+        let (around, exit): (Vec<u32>, Vec<u32>) = above.iter().partition(|&&v| tops[v as usize]);
+        let bounds = |vertices: &[u32]| {
+            let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            vertices.iter().map(|&v| mesh.vertices[v as usize].truncate()).fold(empty, |(a, b), p| (a.min(p), b.max(p)))
+        };
+        let ((outer_lo, outer_hi), (lo, hi)) = (bounds(&around), bounds(&exit));
+        if !(hi.cmpgt(lo).all() && outer_lo.cmplt(lo).all() && outer_hi.cmpgt(hi).all()) {
+            return Err(BlockError::Grid { why: "the walls do not go around the exit face".into() });
+        }
+        let inner = [
+            lines(mesh, &exit, lo.x, hi.x - lo.x, |v| v.x, "x")?,
+            lines(mesh, &exit, lo.y, hi.y - lo.y, |v| v.y, "y")?,
+        ];
+        let spacing = (hi - lo) / DVec2::new((inner[0] - 1) as f64, (inner[1] - 1) as f64);
+        let (before, after) = ((lo - outer_lo) / spacing, (outer_hi - hi) / spacing);
+        let off = (before - before.round()).abs().max((after - after.round()).abs()).max_element();
+        let most = before.max(after).max_element();
+        if off.is_nan() || off > OUTLINE_TOLERANCE || most > MOST_BEYOND {
+            return Err(BlockError::Grid {
+                why: format!("the outline stands {:.1} % of a spacing beside the lines of the grid", 100.0 * off),
+            });
+        }
+        let (before, after) = (before.round(), after.round());
+        let nx = inner[0] + (before.x + after.x) as usize;
+        let ny = inner[1] + (before.y + after.y) as usize;
+        let points = around.iter().map(|&v| mesh.vertices[v as usize]).collect();
+        Ok((Self { exit, lo: lo - before * spacing, hi: hi + after * spacing, nx, ny }, points))
+    }
 }
+
+/// By how much of a spacing an outline may miss the lines of the grid that touch it, and the most lines between it and the nodes.
+const OUTLINE_TOLERANCE: f64 = 0.05;
+const MOST_BEYOND: f64 = 8.0;
 
 /// The level plane, facing up, that reaches the edge of the solid at its least x: which vertices lie on its triangles, and its
 /// height. `None` if there is no such plane.
@@ -408,6 +493,7 @@ fn lines(
 fn cells(
     mesh: &Mesh,
     node_of: &[u32],
+    known: &[bool],
     nx: usize,
     ny: usize,
 ) -> Result<(Vec<Diagonal>, Option<Vec<DVec3>>), BlockError> {
@@ -443,6 +529,10 @@ fn cells(
             }
         }
     }
+    let is_whole = |cell: usize| {
+        let first = cell / (nx - 1) * nx + cell % (nx - 1);
+        [first, first + 1, first + nx, first + nx + 1].iter().all(|&node| known[node])
+    };
     let diagonals = missing
         .iter()
         .enumerate()
@@ -450,6 +540,7 @@ fn cells(
             // Corner 1 is (+x, 0), corner 2 is (0, +y): leaving these out in turn, the cut joins the other two.
             0b0110 => Ok(Diagonal::Rising),
             0b1001 => Ok(Diagonal::Falling),
+            _ if !is_whole(cell) => Ok(Diagonal::Rising),
             _ => Err(BlockError::Grid {
                 why: format!(
                     "the cell at column {}, row {} is not covered by two triangles",

@@ -29,6 +29,7 @@ pub mod load;
 mod mesh;
 pub mod metrics;
 mod optics;
+mod outline;
 mod photons;
 pub mod picture;
 mod scene;

@@ -80,6 +80,24 @@ pub enum Optics {
 ///
 /// The receiver is the plane through `(0, 0, distance_mm)`, turned about that point by [`receiver_turned`](Self::receiver_turned). Points
 /// on it are told in its own coordinates: `(y1, y2)` lies at `(0, 0, distance_mm) + R (y1, y2, 0)`.
+///
+/// ```
+/// use glam::{DVec2, DVec3};
+/// use glasswarp_verify::{Block, Emission, Light, Scene, Tracer, Window, beams};
+///
+/// let block = Block::from_heights(DVec2::splat(40.0), -10.0, (5, 5), vec![0.0; 25])?;
+/// let window = Window { size_mm: DVec2::splat(60.0), centre_mm: DVec2::ZERO, nx: 64, ny: 64 };
+/// // A torch half a metre before the block, aimed a little aside, and a wall that leans back by 0.2 radians.
+/// let light = Light::Point {
+///     position_mm: DVec3::new(0.0, 0.0, -500.0),
+///     emission: Emission::Gaussian { half_angle: 0.1 },
+///     axis: Some(DVec3::new(0.01, 0.0, 1.0)),
+/// };
+/// let scene = Scene { light, receiver_turned: DVec3::new(-0.2, 0.0, 0.0), ..Scene::new(1.49, 200.0, window) };
+/// let seen = beams(&Tracer::for_block(&block, &scene)?, 256, 256);
+/// assert!((seen.flux.total() - 1.0).abs() < 1e-12 && seen.flux.window > 0.95);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Glass or mirror.

@@ -148,7 +148,7 @@ impl Section {
         let foot = if bench.receiver().is_turned() { 0.0 } else { receiver[1].y };
         let (near, far) =
             profile.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-        let (_, high) = model.surface.heights_mm().min_max();
+        let (_, high) = model.surface.range_mm();
         let top = model.rim_z_mm.map_or(high, |rim| rim.max(high));
         let mut row = bottom + 24.0;
         let mut along = |from: f64, to: f64, at: [f64; 2], text: String| {

@@ -40,7 +40,7 @@ impl Still {
         let right = towards.cross(DVec3::Y).normalize();
         let up = right.cross(towards);
         let flat = |p: DVec3| DVec2::new(p.dot(right), -p.dot(up));
-        let (_, top) = model.surface.heights_mm().min_max();
+        let (_, top) = model.surface.range_mm();
         let ring = |z: f64| model.outline.iter().map(|p| p.extend(z)).collect::<Vec<_>>();
         let (entry, exit) = (ring(model.entry_z_mm), ring(model.rim_z_mm.unwrap_or(top)));
         let corners = window_corners(model.bench);

@@ -44,7 +44,7 @@
   const [topLeft, topRight, bottomRight, bottomLeft] = scene.receiver;
   const window0 = scene.receiver.reduce((sum, p) => add(sum, p, 0.25), [0, 0, 0]);
 
-  // A vertex: place, height above it that can be stretched, slopes of the face, normal (none: that of the face).
+  // A vertex: place, height above it that can be stretched (above the lowest place of the face, which stays), slopes of the face, normal (none: that of the face).
   const STRIDE = 9;
   const vertices = [], indices = [];
   const vertex = (place, lift, slope, normal) => {
@@ -69,7 +69,7 @@
           difference((k) => height(i, k), j, ny, depth / (ny - 1)),
         ];
         squares += slope[0] ** 2 + slope[1] ** 2;
-        vertex([...node(i, j), 0], height(i, j), slope, [0, 0, 0]);
+        vertex([...node(i, j), low], height(i, j) - low, slope, [0, 0, 0]);
       }
     }
     for (let j = 0; j + 1 < ny; j++) {
@@ -83,7 +83,7 @@
     const foot = scene.rim === null ? entry : rim;
     const wall = (i, j, k, l, normal) => {
       const [a, b] = [node(i, j), node(k, l)], turned = scene.rim !== null && rim > height(i, j) ? normal.map((v) => -v) : normal;
-      flat([[...a, foot], [...b, foot], [...b, 0], [...a, 0]], turned, [0, 0, height(k, l), height(i, j)]);
+      flat([[...a, foot], [...b, foot], [...b, low], [...a, low]], turned, [0, 0, height(k, l) - low, height(i, j) - low]);
     };
     for (let i = 0; i + 1 < nx; i++) {
       wall(i, 0, i + 1, 0, [0, -1, 0]);
@@ -116,7 +116,7 @@
   const edges = [];
   const edge = (a, b) => edges.push(...a, ...b);
   const round = (points) => points.forEach((p, k) => edge(p, points[(k + 1) % points.length]));
-  const onBorder = (i, j) => [...node(i, j), 0, height(i, j)];
+  const onBorder = (i, j) => [...node(i, j), low, height(i, j) - low];
   for (let i = 0; i + 1 < nx; i++) for (const j of [0, ny - 1]) edge(onBorder(i, j), onBorder(i + 1, j));
   for (let j = 0; j + 1 < ny; j++) for (const i of [0, nx - 1]) edge(onBorder(i, j), onBorder(i, j + 1));
   round(scene.outline.map((p) => [...p, scene.entry, 0]));
@@ -257,6 +257,10 @@
   const reach = (points, centre) => points.reduce((most, p) => Math.max(most, Math.hypot(...add(p, centre, -1))), 0);
   const blockPoints = scene.outline.flatMap((p) => [[...p, scene.entry], [...p, Math.max(high, rim)]]);
   const everything = [...blockPoints, ...scene.receiver];
+  // Rays that all begin in one point come from a source, which is part of the bench.
+  const begin = (k) => [...rays.subarray(12 * k, 12 * k + 3)];
+  const lamp = rays.length >= 24 && `${begin(0)}` === `${begin(rays.length / 12 - 1)}` ? begin(0) : null;
+  if (lamp) everything.push(lamp);
   const middle = (points) => [0, 1, 2].map((k) => {
     const values = points.map((p) => p[k]);
     return (Math.min(...values) + Math.max(...values)) / 2;
@@ -401,6 +405,7 @@
     tag("receiver", bottomRight),
     tag("+x", [half[0] * 1.12, 0, 0]),
     tag("+y", [0, half[1] * 1.12, 0]),
+    ...(lamp ? [tag("light", lamp)] : []),
   ];
   const placeTags = (view, w, h) => {
     for (const { span, place } of words) {

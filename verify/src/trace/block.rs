@@ -2,6 +2,7 @@
 
 mod lit;
 mod rows;
+mod search;
 
 pub(super) use rows::Lattice;
 
@@ -11,8 +12,8 @@ use super::{
     receiver::Receiver,
 };
 use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    block::{Block, Diagonal, Half, corners, halves},
+    accel::SearchRay,
+    block::Block,
     optics::{Interface, Refraction, reflect, refract},
     scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal},
     shading::node_normals,
@@ -20,7 +21,7 @@ use crate::{
 };
 use glam::{DMat3, DVec2, DVec3};
 use lit::{Imperfect, Supply};
-use rayon::prelude::*;
+use search::{Hierarchy, Hit};
 use std::sync::OnceLock;
 
 /// How far beyond the border of the face light may pass a rim above it, mm: that of the border itself grazes the wall, and is
@@ -54,38 +55,12 @@ pub(super) struct BlockTracer {
     hierarchy: OnceLock<Hierarchy>,
 }
 
-/// A search structure over the cells of the exit face.
-#[derive(Debug)]
-struct Hierarchy {
-    accelerator: Accelerator,
-    /// What is needed to cross the cell in every slot, close together.
-    cells: Vec<Cell>,
-}
-
-/// A cell of the exit face.
-#[derive(Clone, Copy, Debug)]
-struct Cell {
-    /// Heights at its corners, as [`corners`] lists them, mm.
-    heights: [f64; 4],
-    number: u32,
-    diagonal: Diagonal,
-}
-
 #[derive(Debug)]
 enum Face {
     Spline(Bicubic),
     /// Normals at the nodes.
     Smooth(Vec<DVec3>),
     Facets,
-}
-
-/// A crossing of the triangulated exit face.
-#[derive(Clone, Copy, Debug)]
-struct Hit {
-    crossing: Crossing,
-    cell: u32,
-    /// Which corners of the cell the triangle has.
-    half: Half,
 }
 
 impl BlockTracer {
@@ -144,37 +119,6 @@ impl BlockTracer {
         self.supply.vignetted
     }
 
-    /// The search structure over the cells of the exit face.
-    fn hierarchy(&self) -> &Hierarchy {
-        self.hierarchy.get_or_init(|| {
-            let block = &self.block;
-            let (columns, rows) = (block.nx - 1, block.ny - 1);
-            let (low, high) = block.height_range_mm();
-            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
-                + low.abs().max(high.abs()).max(block.entry_z.abs());
-            let accelerator = Accelerator::build(columns * rows, reach, |k| {
-                let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
-                corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
-            });
-            let cells = accelerator.order().par_iter().map(|&number| self.cell(number)).collect();
-            Hierarchy { accelerator, cells }
-        })
-    }
-
-    #[inline]
-    fn cell(&self, number: u32) -> Cell {
-        let (i, j) = self.place(number);
-        let heights = corners(i, j).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
-        Cell { heights, number, diagonal: self.block.diagonals[number as usize] }
-    }
-
-    /// Column and row of a cell.
-    #[inline]
-    fn place(&self, number: u32) -> (usize, usize) {
-        let columns = self.block.nx as u32 - 1;
-        ((number % columns) as usize, (number / columns) as usize)
-    }
-
     pub(super) fn aperture(&self) -> (DVec2, DVec2) {
         (self.block.lower, self.block.upper)
     }
@@ -184,6 +128,9 @@ impl BlockTracer {
         let (origin, direction, transmittance) = match self.optics {
             Optics::Refracts { .. } => {
                 let entered = start.extend(self.block.entry_z);
+                if !self.even && !lit::within(start, self.block.entry_face_mm()) {
+                    return Path::ended(End::Beside, 1.0);
+                }
                 let Some((inside, transmittance)) = self.illumination.enter(self.rays, entered) else {
                     return Path::ended(End::Beside, 1.0);
                 };
@@ -253,63 +200,7 @@ impl BlockTracer {
     /// Whether the exit face reaches over a point.
     #[inline]
     fn is_below(&self, at: DVec2) -> bool {
-        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all()
-    }
-
-    /// Where a ray inside the glass meets the triangles of the exit face first.
-    #[inline]
-    fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
-        if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
-            // It crosses a height field once: if it meets the cell above it, that is the crossing.
-            let hit = self.cross(&self.cell(self.cell_above(ray.origin.truncate())), ray, |_| true);
-            if hit.is_some() {
-                return hit;
-            }
-        }
-        self.search(ray, |_| true)
-    }
-
-    /// The nearest crossing of the exit face's triangles that `accept` lets pass.
-    fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
-        let mut nearest: Option<Hit> = None;
-        let Hierarchy { accelerator, cells } = self.hierarchy();
-        accelerator.visit(ray, |slot| {
-            let hit = self.cross(&cells[slot], ray, &accept)?;
-            if nearest.is_none_or(|n| (hit.crossing.t, hit.cell) < (n.crossing.t, n.cell)) {
-                nearest = Some(hit);
-            }
-            Some(hit.crossing.t)
-        });
-        nearest
-    }
-
-    /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
-    #[inline(always)]
-    fn cross(&self, cell: &Cell, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
-        let (i, j) = self.place(cell.number);
-        let (x, y) = self.block.lines(i, j);
-        let z = cell.heights;
-        let corners = [(x[0], y[0], z[0]), (x[1], y[0], z[1]), (x[1], y[1], z[2]), (x[0], y[1], z[3])]
-            .map(|(x, y, z)| ray.sheared(DVec3::new(x, y, z)));
-        if passes_beside(&corners) {
-            return None;
-        }
-        let mut nearest: Option<Hit> = None;
-        for half in halves(cell.diagonal) {
-            let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
-            if nearest.is_none_or(|n| crossing.t < n.crossing.t) {
-                nearest = Some(Hit { crossing, cell: cell.number, half });
-            }
-        }
-        nearest
-    }
-
-    /// The cell above or below a point; outside of the face the nearest one.
-    #[inline]
-    fn cell_above(&self, at: DVec2) -> u32 {
-        let cells = DVec2::new((self.block.nx - 1) as f64, (self.block.ny - 1) as f64);
-        let corner = ((at - self.block.lower) * self.cells_per_mm).floor().clamp(DVec2::ZERO, cells - 1.0);
-        corner.y as u32 * (self.block.nx as u32 - 1) + corner.x as u32
+        at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all() && self.block.covers(at)
     }
 
     /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else it was lost.
@@ -354,30 +245,6 @@ impl BlockTracer {
     #[inline]
     fn is_steep(&self, direction: DVec3) -> bool {
         direction.z.abs() > self.steepest * direction.truncate().length()
-    }
-
-    /// The triangle above or below a point, whatever its height.
-    fn hit_at(&self, at: DVec2) -> Hit {
-        let cell = self.cell_above(at);
-        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
-        let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
-            let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
-            let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
-            let area = (b - a).perp_dot(c - a);
-            hit.crossing.weights =
-                DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
-            hit
-        });
-        let depth = candidates.map(|hit| hit.crossing.weights.min_element());
-        candidates[usize::from(depth[1] > depth[0])]
-    }
-
-    /// The nodes (column, row) of the corners of a triangle.
-    #[inline]
-    fn nodes_of(&self, hit: &Hit) -> [(usize, usize); 3] {
-        let (i, j) = self.place(hit.cell);
-        let corners = corners(i, j);
-        hit.half.map(|k| corners[k])
     }
 
     fn height_above(&self, at: DVec2) -> f64 {

@@ -80,10 +80,19 @@ const SAME_MM: f64 = 1e-6;
 /// How far beyond a wall light counts as inside, mm.
 const WALL_MM: f64 = 1e-9;
 
+/// Whether a point is in a rectangle, or on its border but for rounding.
+#[inline]
+pub(super) fn within(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
+    (at + WALL_MM).cmpge(lower).all() && (at - WALL_MM).cmple(upper).all()
+}
+
 impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
     pub(in crate::trace) fn path_at(&self, at: DVec2) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even {
             return self.path(at);
         }
@@ -99,6 +108,9 @@ impl BlockTracer {
     /// the dice make them.
     #[inline]
     pub(in crate::trace) fn followed_at(&self, at: DVec2, dice: &Dice) -> Path {
+        if !self.block.covers(at) {
+            return Path::DARK;
+        }
         if self.even && self.imperfect.is_none() {
             return self.path(at);
         }
@@ -144,6 +156,9 @@ impl BlockTracer {
     /// The face above a point of its plan, in the light of these rays. None where it faces away from them.
     #[inline]
     fn lit(&self, rays: Rays, at: DVec2) -> Option<Lit> {
+        if !self.block.covers(at) {
+            return None;
+        }
         let (point, facing, normal) = self.face_above(at);
         let arrival = self.illumination.at(rays, point)?;
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
@@ -193,9 +208,10 @@ impl BlockTracer {
         if self.optics == Optics::Reflects {
             return self.meets_the_rim(point, -direction);
         }
-        let within = |at: DVec3, (lower, upper): (DVec2, DVec2)| {
-            (at.truncate() + WALL_MM).cmpge(lower).all() && (at.truncate() - WALL_MM).cmple(upper).all()
-        };
+        let entered = entered.truncate();
+        if !block.is_rectangular() {
+            return !block.covers(entered);
+        }
         if within(entered, (block.lower, block.upper)) {
             return false;
         }

@@ -23,7 +23,7 @@ impl BlockTracer {
     /// What rows of rays at these places along x have in common, if their paths can be followed row by row.
     pub(in crate::trace) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
         match &self.face {
-            _ if !self.even || self.traversal != Traversal::Grid => None,
+            _ if !self.even || !self.block.is_rectangular() || self.traversal != Traversal::Grid => None,
             Face::Spline(spline) => Some(Lattice::Spline(spline.columns(xs))),
             Face::Smooth(_) | Face::Facets => Some(Lattice::Flat(xs.to_vec())),
         }
@@ -67,7 +67,11 @@ impl BlockTracer {
         half: Half,
         at: [DVec2; N],
     ) -> Option<[Path; N]> {
-        if !(self.even && matches!(self.face, Face::Facets) && self.geometry == Geometry::Displaced) {
+        if !(self.even
+            && self.block.is_rectangular()
+            && matches!(self.face, Face::Facets)
+            && self.geometry == Geometry::Displaced)
+        {
             return None;
         }
         let transmittance = self.illumination.enter(self.rays, at[0].extend(self.block.entry_z)).map(|(_, t)| t)?;

@@ -1,0 +1,142 @@
+//! The report of a block that was found in a file: as it is, or after it was worked on in simulation.
+
+use super::{
+    error::Failure,
+    page::{bench_facts, command, error_highlight, face_rows, file_record, highlight, mm, program, row},
+    side_file::SideFile,
+};
+use glam::{DVec2, DVec3};
+use glasswarp::{
+    bench::{Bench, ExitFace},
+    fabricate::Shape,
+    grid::{Extent, Field},
+    light::Intensity,
+    report::{self, Cost, Exposure, Facts, Highlight, Model, Page, View},
+    surface::HeightField,
+};
+use glasswarp_verify::{Light, Optics, Scene, metrics::Metrics};
+use std::path::Path;
+
+/// What is said of a block from a file.
+pub(crate) struct FoundPage<'a> {
+    pub(crate) block: &'a Path,
+    pub(crate) side: Option<&'a SideFile>,
+    pub(crate) scene: &'a Scene,
+    pub(crate) surface: &'a HeightField,
+    /// The entry face, from the mean plane of the exit face, mm.
+    pub(crate) entry_z_mm: f64,
+    pub(crate) about: String,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) exposure: Exposure,
+    /// The picture as light, if there is one, and how well it is drawn.
+    pub(crate) wanted: Option<(Field<f64>, Metrics)>,
+    pub(crate) light: Field<f64>,
+    pub(crate) caustic: View,
+    pub(crate) others: Vec<(View, View)>,
+    pub(crate) budget: Vec<Cost>,
+    pub(crate) facts: Vec<Facts>,
+}
+
+impl FoundPage<'_> {
+    /// Writes the report.
+    pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
+        let bench = self.bench()?;
+        let shape = Shape::of(self.surface);
+        let (extent, (low, high)) = (self.surface.extent(), self.surface.heights_mm().min_max());
+        let half = 0.5 * extent.as_vec();
+        let mut rows = vec![
+            row(
+                "Exit face",
+                format!("{} × {} mm, relief {:.3} mm", mm(extent.width_mm), mm(extent.height_mm), high - low),
+            ),
+            row(
+                "Thickness",
+                format!("{} mm, {:.3} mm at the thinnest place", mm(high - self.entry_z_mm), low - self.entry_z_mm),
+            ),
+        ];
+        rows.extend(face_rows(&shape));
+        if let Some(work) = self.side.and_then(|side| side.work.as_ref()) {
+            rows.push(row("Done so far", work.done.clone()));
+        }
+        let mut facts = vec![Facts { title: "Block".into(), rows }, bench_facts(&bench, high)];
+        let highlights = self.highlights(&bench);
+        facts.extend(self.facts);
+        let wanted = self.wanted.as_ref().map(|(wanted, _)| wanted);
+        let page = Page {
+            title: self.block.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            about: self.about,
+            warnings: self.warnings,
+            highlights,
+            model: Model {
+                surface: self.surface,
+                entry_z_mm: self.entry_z_mm,
+                // What stands around the face of a found block is not looked for.
+                outline: vec![-half, DVec2::new(half.x, -half.y), half, DVec2::new(-half.x, half.y)],
+                rim_z_mm: None,
+                bench: &bench,
+                slope: shape.slope(),
+                hollow_per_mm: shape.hollow_per_mm(),
+            },
+            target: wanted.map(|wanted| super::page::target_view(wanted, self.exposure)),
+            caustic: self.caustic,
+            difference: wanted.map(|wanted| super::page::difference_view(wanted, &self.light, self.exposure)),
+            others: self.others,
+            budget: self.budget,
+            summary: None,
+            drawing: None,
+            facts,
+            files: vec![file_record(self.block, None)?],
+            command: command(),
+            program: program(),
+        };
+        report::write_html(path, &page).map_err(Failure::writing)
+    }
+
+    fn highlights(&self, bench: &Bench) -> Vec<Highlight> {
+        let (low, high) = self.surface.heights_mm().min_max();
+        let mut highlights: Vec<Highlight> = Vec::new();
+        if let Some((_, metrics)) = &self.wanted {
+            highlights.push(error_highlight(metrics, "RMS, relative to the mean light"));
+            let note = "SSIM; 1 is the picture itself".into();
+            highlights.push(highlight("Likeness", format!("{:.4}", metrics.ssim), "", note));
+        }
+        highlights.extend([
+            highlight("Thickness", mm(high - self.entry_z_mm), "mm", "at the highest place".into()),
+            highlight("Relief", format!("{:.2}", high - low), "mm", "lowest to highest".into()),
+            highlight("Thinnest place", format!("{:.2}", low - self.entry_z_mm), "mm", "of glass that is left".into()),
+            highlight("Receiver", mm(bench.distance_mm()), "mm", "from the mean plane of the face".into()),
+        ]);
+        highlights
+    }
+
+    /// The bench of the scene in which the block was looked at.
+    fn bench(&self) -> Result<Bench, Failure> {
+        let scene = self.scene;
+        let exit_face = match scene.optics {
+            Optics::Refracts { ior } => ExitFace::Refracts { ior },
+            Optics::Reflects => ExitFace::Reflects,
+        };
+        let face = self.surface.extent();
+        let lit = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
+        let build = || {
+            let mut bench = Bench::new(lit, scene.distance_mm, exit_face)?;
+            if scene.receiver_turned != DVec3::ZERO {
+                bench = bench.with_receiver_turned(scene.receiver_turned)?;
+            }
+            bench = match &scene.light {
+                Light::Parallel { direction } => {
+                    let unit = direction.normalize();
+                    let tangential = unit.truncate() / exit_face.ior();
+                    let axial = (1.0 - tangential.length_squared()).max(0.0).sqrt().copysign(unit.z);
+                    bench.with_light_direction(tangential.extend(axial))?
+                }
+                Light::Point { position_mm, .. } => {
+                    bench.with_point_source(*position_mm, -self.entry_z_mm, Intensity::Isotropic)?
+                }
+            };
+            let size = scene.window.size_mm;
+            bench.with_window(Extent::new(size.x, size.y), scene.window.centre_mm)
+        };
+        build().map_err(Failure::refused)
+    }
+}

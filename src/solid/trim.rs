@@ -1,0 +1,235 @@
+//! The exit face of a block that is not rectangular: whole cells inside, a ring of triangles between them and the outline.
+//!
+//! Nodes nearer to the outline than a quarter of their spacing are left out, so that no triangle of the ring is a sliver. Every
+//! node on the border of the whole cells has a foot on the curve, at the height of the spline; both go around in the same order, and
+//! the ring joins them. The chords between the feet are no longer than about a cell.
+
+use super::{Diagonal, Face, Solid};
+use crate::{
+    grid::Contour,
+    surface::{HeightField, SurfaceSpline},
+};
+use glam::DVec2;
+use std::ops::Range;
+
+/// Least distance of a node from the outline, in spacings.
+const LEAST_DISTANCE: f64 = 0.25;
+
+/// An exit face that is no full grid.
+#[derive(Clone, Debug)]
+pub(super) struct Trimmed {
+    pub(super) vertices: Vec<[f32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+    /// The vertices on the outline, counter-clockwise: the last ones.
+    pub(super) border: Range<u32>,
+}
+
+/// The columns of the whole cells of a row of cells.
+type Span = Range<usize>;
+
+/// Whole cells row by row; empty rows below and above.
+fn spans(contour: &Contour, (nx, ny): (usize, usize)) -> Vec<Span> {
+    let extent = contour.extent();
+    let margin = LEAST_DISTANCE * extent.node_spacing(nx, ny).min_element();
+    let kept = |i: usize, j: usize| contour.level(extent.node(i, j, nx, ny)).distance_mm <= -margin;
+    // Outlines are convex: the kept nodes of a row are contiguous.
+    let rows: Vec<Span> = (0..ny)
+        .map(|j| {
+            let first = (0..nx).find(|&i| kept(i, j)).unwrap_or(nx);
+            first..(first..nx).find(|&i| !kept(i, j)).unwrap_or(nx)
+        })
+        .collect();
+    rows.windows(2)
+        .map(|pair| {
+            let (begin, end) = (pair[0].start.max(pair[1].start), pair[0].end.min(pair[1].end));
+            if end > begin + 1 { begin..end - 1 } else { 0..0 }
+        })
+        .collect()
+}
+
+/// The nodes around the whole cells, counter-clockwise.
+fn around(spans: &[Span]) -> Vec<(usize, usize)> {
+    let Some(low) = spans.iter().position(|span| !span.is_empty()) else { return Vec::new() };
+    let high = spans.iter().rposition(|span| !span.is_empty()).unwrap_or(low);
+    let mut nodes: Vec<(usize, usize)> = Vec::new();
+    let walk = |nodes: &mut Vec<(usize, usize)>, to: (usize, usize)| {
+        while let Some(&(i, j)) = nodes.last().filter(|&&at| at != to) {
+            let towards = |a: usize, b: usize| if a < b { a + 1 } else { a - usize::from(a > b) };
+            nodes.push(if i == to.0 { (i, towards(j, to.1)) } else { (towards(i, to.0), j) });
+        }
+    };
+    nodes.push((spans[low].start, low));
+    for j in low..=high {
+        walk(&mut nodes, (spans[j].end, j));
+        walk(&mut nodes, (spans[j].end, j + 1));
+    }
+    for j in (low..=high).rev() {
+        walk(&mut nodes, (spans[j].start, j + 1));
+        walk(&mut nodes, (spans[j].start, j));
+    }
+    nodes.pop();
+    nodes
+}
+
+/// The points of the outline that the exit face of a block ends in, with their heights, mm.
+pub(super) fn border(surface: &HeightField, spline: &SurfaceSpline) -> Vec<(DVec2, f64)> {
+    let (contour, field) = (surface.contour(), surface.heights_mm());
+    let (nx, ny) = (field.nx(), field.ny());
+    around(&spans(&contour, (nx, ny)))
+        .into_iter()
+        .map(|(i, j)| contour.foot(surface.extent().node(i, j, nx, ny)))
+        .map(|at| (at, spline.sample(at).height_mm))
+        .collect()
+}
+
+impl Solid {
+    /// The exit face within the outline.
+    pub(super) fn trim(&self, spline: &SurfaceSpline, border: &[(DVec2, f64)]) -> Trimmed {
+        let field = self.surface.heights_mm();
+        let (nx, ny) = (field.nx(), field.ny());
+        let spans = spans(&self.surface.contour(), (nx, ny));
+        let mut number = vec![u32::MAX; nx * ny];
+        for (j, span) in spans.iter().enumerate().filter(|(_, span)| !span.is_empty()) {
+            for row in [j, j + 1] {
+                number[row * nx + span.start..=row * nx + span.end].fill(0);
+            }
+        }
+        let slopes = spline.node_slopes();
+        let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+        for (k, number) in number.iter_mut().enumerate().filter(|(_, number)| **number == 0) {
+            *number = vertices.len() as u32;
+            let (i, j) = (k % nx, k / nx);
+            vertices.push([self.exit.x[i], self.exit.y[j], self.file_z(field[(i, j)])]);
+            normals.push(super::normal_of(slopes[(i, j)]));
+        }
+        let mut triangles = Vec::new();
+        for (j, span) in spans.iter().enumerate() {
+            for i in span.clone() {
+                let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| number[j * nx + i]);
+                triangles.extend(match self.diagonal(i, j) {
+                    Diagonal::Rising => [[a, b, c], [a, c, d]],
+                    Diagonal::Falling => [[a, b, d], [b, c, d]],
+                });
+            }
+        }
+        let inner: Vec<u32> = around(&spans).into_iter().map(|(i, j)| number[j * nx + i]).collect();
+        let first = vertices.len() as u32;
+        for &(at, height) in border {
+            let place = at - self.origin.truncate();
+            vertices.push([place.x as f32, place.y as f32, self.file_z(height)]);
+            normals.push(super::normal_of(spline.sample(at).slope));
+        }
+        for k in 0..inner.len() {
+            let next = (k + 1) % inner.len();
+            let (outer, beyond) = (first + k as u32, first + next as u32);
+            triangles.extend([[inner[k], outer, beyond], [inner[k], beyond, inner[next]]]);
+        }
+        let border = first..vertices.len() as u32;
+        Trimmed { vertices, triangles, normals, border }
+    }
+
+    /// A wall straight down from the border of a trimmed exit face, and the entry face as a fan around its middle.
+    pub(super) fn close_along(&mut self, trimmed: Trimmed) {
+        let z = self.file_z(f64::from(self.entry_z));
+        let (upper, count) = (trimmed.border.start, trimmed.border.len() as u32);
+        let lower = trimmed.vertices.len() as u32;
+        let middle = lower + count;
+        self.rest = trimmed.border.clone().map(|v| trimmed.vertices[v as usize]).map(|[x, y, _]| [x, y, z]).collect();
+        self.rest.push([-self.origin.x as f32, -self.origin.y as f32, z]);
+        let pairs = || (0..count).map(|k| (k, (k + 1) % count));
+        self.planes.push((Face::Entry, pairs().map(|(a, b)| [middle, lower + b, lower + a]).collect()));
+        let wall = pairs().flat_map(|(a, b)| {
+            let (top, bottom) = ((upper + a, upper + b), (lower + a, lower + b));
+            [[bottom.0, bottom.1, top.1], [bottom.0, top.1, top.0]]
+        });
+        self.planes.push((Face::Side, wall.collect()));
+        self.normals = trimmed.normals.clone();
+        self.entry_nodes = (0, 0);
+        self.trimmed = Some(trimmed);
+    }
+
+    /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall, the face's own elsewhere.
+    pub fn normal_at(&self, face: Face, v: u32) -> [f32; 3] {
+        if face != Face::Side {
+            return face.normal();
+        }
+        let [x, y, _] = self.vertex(v as usize).map(f64::from);
+        let at = DVec2::new(x, y) + self.origin.truncate();
+        self.surface.contour().level(at).normal.extend(0.0).as_vec3().to_array()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Origin, Rim, Shape, SolidError, Stock};
+    use super::*;
+    use crate::grid::{Extent, Field, Outline};
+
+    fn surface(extent: Extent, outline: Outline, (nx, ny): (usize, usize)) -> HeightField {
+        let h = |p: DVec2| 0.4 * (0.11 * p.x).sin() * (0.07 * p.y + 0.4).cos() + 0.002 * p.x * p.x;
+        HeightField::outlined(extent, outline, Field::from_fn(nx, ny, |i, j| h(extent.node(i, j, nx, ny))))
+    }
+
+    #[test]
+    fn blocks_of_every_outline_are_sound() {
+        let rounded = |radius_mm| Outline::Rounded { radius_mm };
+        for (extent, outline) in [
+            (Extent::new(100.0, 100.0), Outline::Circle),
+            (Extent::new(90.0, 60.0), Outline::Circle),
+            (Extent::new(20.0, 80.0), Outline::Circle),
+            (Extent::new(100.0, 70.0), rounded(10.0)),
+            (Extent::new(100.0, 70.0), rounded(35.0)),
+            (Extent::new(100.0, 70.0), rounded(0.8)),
+        ] {
+            for nodes in [(9, 9), (10, 12), (64, 41), (101, 101), (257, 200)] {
+                for origin in Origin::ALL {
+                    let face = surface(extent, outline, nodes);
+                    let solid = Solid::shaped(&face, Stock::default(), Shape { origin, ..Shape::default() }).unwrap();
+                    let proof = solid.check();
+                    assert!(proof.is_ok(), "{outline:?} in {extent:?}, {nodes:?} nodes: {proof:?}");
+                    let [x, y, z] = solid.bounds().1;
+                    let [a, b, c] = solid.bounds().0;
+                    assert!((f64::from(x - a) - extent.width_mm).abs() < 1e-4);
+                    assert!((f64::from(y - b) - extent.height_mm).abs() < 1e-4);
+                    assert!((f64::from(z - c) - solid.thickness_mm()).abs() < 1e-4);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_outer_vertices_lie_on_the_curve_and_on_the_spline() {
+        let face = surface(Extent::new(100.0, 70.0), Outline::Circle, (151, 106));
+        let spline = SurfaceSpline::through(&face);
+        let solid = Solid::new(&face, Stock::default()).unwrap();
+        let border = solid.trimmed.as_ref().unwrap().border.clone();
+        assert!(border.len() > 400);
+        for v in border {
+            let [x, y, z] = solid.vertex(v as usize).map(f64::from);
+            let at = DVec2::new(x, y);
+            assert!(face.contour().level(at).distance_mm.abs() < 5e-6, "{at}");
+            assert!((spline.sample(at).height_mm - z).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn the_volume_is_that_of_the_curved_block_to_the_second_order() {
+        let flat = |n: usize| {
+            let extent = Extent::new(60.0, 40.0);
+            let face = HeightField::outlined(extent, Outline::Circle, Field::filled(n, n, 0.0));
+            let solid = Solid::new(&face, Stock::of_thickness(10.0)).unwrap();
+            (solid.volume_mm3() / (10.0 * face.contour().area_mm2()) - 1.0).abs()
+        };
+        let (coarse, fine) = (flat(41), flat(161));
+        assert!(coarse < 1e-3 && fine < 0.12 * coarse, "{coarse} then {fine}");
+    }
+
+    #[test]
+    fn a_rim_around_a_curved_outline_is_refused() {
+        let face = surface(Extent::new(60.0, 60.0), Outline::Circle, (41, 41));
+        let rim = Some(Rim { width_mm: 5.0, rise_mm: 1.0, mark_mm: None });
+        let error = Solid::shaped(&face, Stock::default(), Shape { rim, ..Shape::default() }).unwrap_err();
+        assert!(matches!(error, SolidError::Outline), "{error}");
+    }
+}

@@ -1,0 +1,149 @@
+//! Finding the cell and the triangle of the exit face that a ray meets, or that lies above a point.
+
+use super::BlockTracer;
+use crate::{
+    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
+    block::{Diagonal, Half, corners, halves},
+    scene::Traversal,
+};
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+/// A search structure over the cells of the exit face.
+#[derive(Debug)]
+pub(super) struct Hierarchy {
+    accelerator: Accelerator,
+    /// What is needed to cross the cell in every slot, close together.
+    cells: Vec<Cell>,
+}
+
+/// A cell of the exit face.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    /// Heights at its corners, as [`corners`] lists them, mm.
+    heights: [f64; 4],
+    number: u32,
+    diagonal: Diagonal,
+}
+
+/// A crossing of the triangulated exit face.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Hit {
+    pub(super) crossing: Crossing,
+    cell: u32,
+    /// Which corners of the cell the triangle has.
+    half: Half,
+}
+
+impl BlockTracer {
+    /// The search structure over the cells of the exit face.
+    fn hierarchy(&self) -> &Hierarchy {
+        self.hierarchy.get_or_init(|| {
+            let block = &self.block;
+            let (columns, rows) = (block.nx - 1, block.ny - 1);
+            let (low, high) = block.height_range_mm();
+            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
+                + low.abs().max(high.abs()).max(block.entry_z.abs());
+            let accelerator = Accelerator::build(columns * rows, reach, |k| {
+                let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
+                corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
+            });
+            let cells = accelerator.order().par_iter().map(|&number| self.cell(number)).collect();
+            Hierarchy { accelerator, cells }
+        })
+    }
+
+    #[inline]
+    fn cell(&self, number: u32) -> Cell {
+        let (i, j) = self.place(number);
+        let heights = corners(i, j).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
+        Cell { heights, number, diagonal: self.block.diagonals[number as usize] }
+    }
+
+    /// Column and row of a cell.
+    #[inline]
+    fn place(&self, number: u32) -> (usize, usize) {
+        let columns = self.block.nx as u32 - 1;
+        ((number % columns) as usize, (number / columns) as usize)
+    }
+
+    /// Where a ray inside the glass meets the triangles of the exit face first.
+    #[inline]
+    pub(super) fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
+        if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
+            // It crosses a height field once: if it meets the cell above it, that is the crossing.
+            let hit = self.cross(&self.cell(self.cell_above(ray.origin.truncate())), ray, |_| true);
+            if hit.is_some() {
+                return hit;
+            }
+        }
+        self.search(ray, |_| true)
+    }
+
+    /// The nearest crossing of the exit face's triangles that `accept` lets pass.
+    pub(super) fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let mut nearest: Option<Hit> = None;
+        let Hierarchy { accelerator, cells } = self.hierarchy();
+        accelerator.visit(ray, |slot| {
+            let hit = self.cross(&cells[slot], ray, &accept)?;
+            if nearest.is_none_or(|n| (hit.crossing.t, hit.cell) < (n.crossing.t, n.cell)) {
+                nearest = Some(hit);
+            }
+            Some(hit.crossing.t)
+        });
+        nearest
+    }
+
+    /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
+    #[inline(always)]
+    fn cross(&self, cell: &Cell, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
+        let (i, j) = self.place(cell.number);
+        let (x, y) = self.block.lines(i, j);
+        let z = cell.heights;
+        let corners = [(x[0], y[0], z[0]), (x[1], y[0], z[1]), (x[1], y[1], z[2]), (x[0], y[1], z[3])]
+            .map(|(x, y, z)| ray.sheared(DVec3::new(x, y, z)));
+        if passes_beside(&corners) {
+            return None;
+        }
+        let mut nearest: Option<Hit> = None;
+        for half in halves(cell.diagonal) {
+            let Some(crossing) = crossing(half.map(|k| corners[k])).filter(|c| accept(c)) else { continue };
+            if nearest.is_none_or(|n| crossing.t < n.crossing.t) {
+                nearest = Some(Hit { crossing, cell: cell.number, half });
+            }
+        }
+        nearest
+    }
+
+    /// The cell above or below a point; outside of the face the nearest one.
+    #[inline]
+    fn cell_above(&self, at: DVec2) -> u32 {
+        let cells = DVec2::new((self.block.nx - 1) as f64, (self.block.ny - 1) as f64);
+        let corner = ((at - self.block.lower) * self.cells_per_mm).floor().clamp(DVec2::ZERO, cells - 1.0);
+        corner.y as u32 * (self.block.nx as u32 - 1) + corner.x as u32
+    }
+
+    /// The triangle above or below a point, whatever its height.
+    pub(super) fn hit_at(&self, at: DVec2) -> Hit {
+        let cell = self.cell_above(at);
+        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
+        let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
+            let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
+            let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());
+            let area = (b - a).perp_dot(c - a);
+            hit.crossing.weights =
+                DVec3::new((b - at).perp_dot(c - at), (c - at).perp_dot(a - at), (a - at).perp_dot(b - at)) / area;
+            hit
+        });
+        let depth = candidates.map(|hit| hit.crossing.weights.min_element());
+        candidates[usize::from(depth[1] > depth[0])]
+    }
+
+    /// The nodes (column, row) of the corners of a triangle.
+    #[inline]
+    pub(super) fn nodes_of(&self, hit: &Hit) -> [(usize, usize); 3] {
+        let (i, j) = self.place(hit.cell);
+        let corners = corners(i, j);
+        hit.half.map(|k| corners[k])
+    }
+}
