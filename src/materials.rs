@@ -48,7 +48,7 @@ impl Material {
     /// catalogue's index at the d line.
     pub fn ior_at(&self, wavelength_nm: f64) -> Option<f64> {
         let dispersion = self.dispersion?;
-        Some(self.ior + dispersion.ior_at(wavelength_nm) - dispersion.ior_at(D_LINE_NM))
+        Some(self.ior + (dispersion.ior_at(wavelength_nm) - dispersion.ior_at(D_LINE_NM)))
     }
 }
 
