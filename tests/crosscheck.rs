@@ -25,12 +25,11 @@ fn numbers(out: &str, words: &str) -> Vec<f64> {
     line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
 }
 
-/// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um.
-fn map(workshop: &Workshop, renderer: &str) -> Vec<f64> {
+/// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um. At most so many rays land by one only.
+fn map(workshop: &Workshop, renderer: &str, contested: f64) -> Vec<f64> {
     let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference 0.003"));
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
-    // In oblique light a ray may graze the wall by the one and the face by the other.
-    assert!(numbers(&outcome.out, "rays")[1] <= 1.0, "{}", outcome.out);
+    assert!(numbers(&outcome.out, "rays")[1] <= contested, "{}", outcome.out);
     assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());
     // Renderers see interpolated normals, the picture was made for the spline: both are a few micrometres apart.
     let spline = numbers(&outcome.out, "the spline surface");
@@ -43,7 +42,7 @@ fn povray_lands_rays_where_the_verifier_does() {
     if common::program("povray", "Debian: povray").is_none() {
         return;
     }
-    let um = map(&block(), "povray");
+    let um = map(&block(), "povray", 0.0);
     // Uniform rounding to steps of 62 mm / 65535 in x and y is 0.39 um rms and 0.67 um at worst; POV-Ray keeps vertices and
     // normals in single precision.
     assert!(um[0] < 0.6 && um[5] < 2.0, "{um:?}");
@@ -54,10 +53,17 @@ fn blender_lands_rays_where_the_verifier_does() {
     if common::program("blender", "Debian: blender").is_none() {
         return;
     }
-    let um = map(&block(), "blender");
+    let um = map(&block(), "blender", 0.0);
     // Everything is in single precision there; 0.1 um is measured.
     assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{um:?}");
 }
+
+/// In oblique light a ray may graze the wall by the one and the face by the other.
+const GRAZING: f64 = 1.0;
+
+/// Rays that pass exactly through an edge of two triangles may be lost by Mitsuba: 10 of 45 056 are, which is less than the command's
+/// own limit.
+const MITSUBA_LOSES: f64 = 40.0;
 
 /// Light at an angle onto a leaning receiver, light from near by, mirrors: what renderers know nothing of as a bench.
 const BENCHES: [&str; 4] = [
@@ -74,23 +80,23 @@ fn renderers_land_rays_where_the_verifier_does_on_every_bench() {
     let mitsuba = has_package("mitsuba");
     for bench in BENCHES {
         let workshop = block_on(bench);
-        let um = |renderer: &str| {
-            let um = map(&workshop, renderer);
+        let um = |renderer: &str, contested: f64| {
+            let um = map(&workshop, renderer, contested);
             println!("{bench}: {renderer} {um:?}");
             um
         };
         if povray {
             // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
-            let um = um("povray");
+            let um = um("povray", GRAZING);
             assert!(um[0] < 1.0 && um[5] < 4.0, "{bench}: {um:?}");
         }
         if blender {
-            let um = um("blender");
+            let um = um("blender", GRAZING);
             assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{bench}: {um:?}");
         }
         if mitsuba {
             // A ray goes on a little beside where it arrived, the more the more oblique it is: 4 um are measured.
-            let um = um("mitsuba");
+            let um = um("mitsuba", MITSUBA_LOSES);
             assert!(um[1] < 6.0 && um[3] < 12.0 && um[5] < 60.0, "{bench}: {um:?}");
         }
     }
@@ -114,7 +120,7 @@ fn has_package(name: &str) -> bool {
 #[test]
 fn mitsuba_lands_rays_where_the_verifier_does() {
     if has_package("mitsuba") {
-        let um = map(&block(), "mitsuba");
+        let um = map(&block(), "mitsuba", MITSUBA_LOSES);
         // Everything is in single precision there, and a ray goes on a little beside where it arrived; 1.4 um is measured.
         assert!(um[1] < 3.0 && um[3] < 6.0 && um[5] < 10.0, "{um:?}");
     }
