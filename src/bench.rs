@@ -437,7 +437,9 @@ mod tests {
             let error = bench.clone().with_outline(Outline::Rounded { radius_mm }).unwrap_err().to_string();
             assert!(error.contains("at most 40.00 mm"), "{error}");
         }
-        assert!((bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent() - 0.7854).abs() < 1e-4);
+        assert!(
+            (bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent() - 0.7854).abs() < 1e-4
+        );
     }
 
     #[test]

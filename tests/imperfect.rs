@@ -137,8 +137,8 @@ fn a_picture_is_drawn_on_a_mesh_by_the_warping_solver_and_by_no_other() {
         let line = out.lines().find_map(|line| line.trim().strip_prefix("relative RMS")).unwrap();
         line.trim().parse().unwrap()
     };
-    // Pixels on the brim of the mesh are cut by it, a tenth of all: within them it is not told where the light is.
-    assert!(error(&drawn.out) < 0.12, "{}", drawn.out);
+    // Twice what was measured; pixels on the brim of the mesh, which it cuts, have most of it.
+    assert!(error(&drawn.out) < 0.03, "{}", drawn.out);
     let verified = workshop.run("verify block.stl --photons 200000");
     assert!((error(&verified.out) - error(&drawn.out)).abs() < 1e-3, "{}", verified.out);
     assert_eq!(workshop.run("design block.toml -o again.stl --no-verify --no-report").code, FINE);
