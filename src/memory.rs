@@ -110,9 +110,11 @@ impl Load {
 mod tests {
     use super::*;
 
-    /// Greatest resident sizes, thousands of KiB, of `design` with 512 x 512 pixels: nodes across, files with normals and others that are read
-    /// back, or none.
-    const MEASURED: [(usize, Option<(usize, usize)>, f64); 14] = [
+    /// Nodes across, files with normals and others that are read back, and what was measured.
+    type Run = (usize, Option<(usize, usize)>, f64);
+
+    /// Greatest resident sizes, thousands of KiB, of `design` with 512 x 512 pixels.
+    const MEASURED: [Run; 14] = [
         (513, None, 208.6),
         (1025, None, 256.4),
         (1537, None, 310.9),

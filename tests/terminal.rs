@@ -208,6 +208,8 @@ fn mistakes_in_a_design_file_are_shown_in_it() {
 
 #[test]
 fn a_side_file_makes_its_block_again_bit_for_bit_on_any_number_of_threads() {
+    // The report tells the time that it took, the side file its own place.
+    let made_again = |name: &str| name.starts_with("block.") && !name.ends_with(".toml") && !name.ends_with(".html");
     for options in ["--rim 10mm,1mm --mark 3mm --origin stock-top", "--preset torch-on-table", "--preset wall-mirror"] {
         let shop = Workshop::new();
         let made = shop
@@ -228,7 +230,7 @@ fn a_side_file_makes_its_block_again_bit_for_bit_on_any_number_of_threads() {
             ]);
             command.current_dir(shop.path(threads)).env("RAYON_NUM_THREADS", threads);
             assert!(command.output().unwrap().status.success());
-            for name in shop.files().into_iter().filter(|name| name.starts_with("block.") && !name.ends_with("toml")) {
+            for name in shop.files().into_iter().filter(|name| made_again(name)) {
                 let again = fs::read(shop.path(threads).join(&name)).unwrap();
                 assert!(again == fs::read(shop.path(&name)).unwrap(), "{options}: {name} differs on {threads} threads");
             }
