@@ -49,7 +49,6 @@ fn a_wide_source_is_made_up_for_and_the_gain_is_traced() {
         // The side file holds everything that is needed to judge the block, and to make it again.
         let verified = workshop.run("verify with.stl");
         assert!((seen(&verified.out) / with_error - 1.0).abs() < 0.1, "{}", verified.out);
-        assert!(verified.err.is_empty(), "{}", verified.err);
         assert_eq!(workshop.run("design with.toml -o again.stl --no-verify --no-report").code, FINE);
         assert!(same_solid(&workshop, "with.stl", "again.stl"), "{flags}");
         assert!(!same_solid(&workshop, "with.stl", "without.stl"), "{flags}");

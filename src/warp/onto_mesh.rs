@@ -87,7 +87,6 @@ fn pictures_are_drawn_on_meshes_that_are_sheared_turned_bent_and_turned_over() {
         mesh.check(&bench).unwrap();
         let solution = solve(&Warping::default().onto(Arc::clone(&mesh)), &bench);
         let error = error(&solution.surface, &mesh, &bench, Geometry::Displaced);
-        eprintln!("XX {name} {error} {:?}", solution.summary.notes);
         assert!(error < bound, "{name}: {error}");
     }
 }
@@ -127,6 +126,5 @@ fn it_is_told_how_far_light_misses_a_mesh_that_no_height_field_draws() {
         note.split(' ').next().unwrap().parse().unwrap()
     };
     let (little, much) = (off_mm(5.0), off_mm(30.0));
-    eprintln!("XX {little} {much}");
     assert!(much > 3.0 * little, "{little} mm, {much} mm");
 }
