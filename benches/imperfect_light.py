@@ -24,6 +24,7 @@ CASES = [
     ("sun, receiver at 1 m", "--source-size sun --distance 1m", ["off", "window"]),
     ("LED of 3 mm, 300 mm away", "--source-distance 300mm --window 100mm --source-size 3mm", ["off", "window"]),
     ("roughness of 0.1 degrees, 1025 nodes", "--roughness 0.1deg --nodes 1025", ["off", "window"]),
+    ("roughness of 0.1 degrees, 641 nodes", "--roughness 0.1deg --nodes 641", ["off", "window"]),
     ("a measured speck", "--psf SPECK,0.05mm", ["off", "window"]),
 ]
 

@@ -49,7 +49,6 @@ fn a_wide_source_is_made_up_for_and_the_gain_is_traced() {
         // The side file holds everything that is needed to judge the block, and to make it again.
         let verified = workshop.run("verify with.stl");
         assert!((seen(&verified.out) / with_error - 1.0).abs() < 0.1, "{}", verified.out);
-        assert!(verified.err.is_empty(), "{}", verified.err);
         assert_eq!(workshop.run("design with.toml -o again.stl --no-verify --no-report").code, FINE);
         assert!(same_solid(&workshop, "with.stl", "again.stl"), "{flags}");
         assert!(!same_solid(&workshop, "with.stl", "without.stl"), "{flags}");
@@ -137,8 +136,8 @@ fn a_picture_is_drawn_on_a_mesh_by_the_warping_solver_and_by_no_other() {
         let line = out.lines().find_map(|line| line.trim().strip_prefix("relative RMS")).unwrap();
         line.trim().parse().unwrap()
     };
-    // Pixels on the brim of the mesh are cut by it, a tenth of all: within them it is not told where the light is.
-    assert!(error(&drawn.out) < 0.12, "{}", drawn.out);
+    // Twice what was measured; pixels on the brim of the mesh, which it cuts, have most of it.
+    assert!(error(&drawn.out) < 0.03, "{}", drawn.out);
     let verified = workshop.run("verify block.stl --photons 200000");
     assert!((error(&verified.out) - error(&drawn.out)).abs() < 1e-3, "{}", verified.out);
     assert_eq!(workshop.run("design block.toml -o again.stl --no-verify --no-report").code, FINE);

@@ -198,6 +198,9 @@ impl State {
     }
 }
 
+/// Part of a pixel by which light may miss its place on a mesh without a warning.
+const MOST_OFF: f64 = 0.25;
+
 /// What a surface falls short of its warp.
 #[derive(Clone, Copy)]
 struct Shortfall {
@@ -210,7 +213,8 @@ struct Shortfall {
 impl Shortfall {
     /// What a user should know who gave a mesh for a picture with pixels of this size.
     fn warning(&self, pixel_mm: f64) -> Option<String> {
-        let off_mm = self.off_mm.filter(|off| !(*off <= pixel_mm))?;
+        // A number that is none is no small one.
+        let off_mm = self.off_mm.filter(|off| off.is_nan() || *off > MOST_OFF * pixel_mm)?;
         Some(format!(
             "the light misses its place on the caustic mesh by {off_mm:.3} mm (root mean square): no smooth face turns light round its axis as this mesh asks; turn the mesh so that its sides run along those of the block, and bend it less"
         ))
