@@ -127,7 +127,8 @@ pub fn design_shaped(
 /// How far beyond the border of an exit face, seen along the axis, the light enters an entry face at `entry_z_mm` that leaves by
 /// the exit face, mm; 0 if it all enters below the face.
 pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f64 {
-    if bench.exit_face() == ExitFace::Reflects {
+    // Nothing goes on beyond a curved outline; what light from the side lacks there, the verifier tells.
+    if bench.exit_face() == ExitFace::Reflects || !surface.contour().is_rectangle() {
         return 0.0;
     }
     let (heights, light) = (surface.heights_mm(), Incidence::of(bench));
@@ -148,9 +149,14 @@ const MOST_TRAPPED: f64 = 0.01;
 fn check_light_leaves(surface: &HeightField, bench: &Bench) -> Result<(), DesignError> {
     let slopes = SurfaceSpline::through(surface).node_slopes();
     let (nx, light) = (slopes.nx(), Incidence::of(bench));
-    let (mut trapped, mut sum) = (0_usize, DVec2::ZERO);
+    let outline = surface.contour();
+    let (mut trapped, mut within, mut sum) = (0_usize, 0_usize, DVec2::ZERO);
     for (k, &slope) in slopes.as_slice().iter().enumerate() {
         let at = surface.extent().node(k % nx, k / nx, nx, slopes.ny());
+        if !outline.contains(at) {
+            continue;
+        }
+        within += 1;
         let incoming = light.at(at.extend(surface.heights_mm().as_slice()[k]));
         let face = Interface::new(bench.exit_face(), incoming.direction);
         if face.exitant(slope).is_none_or(|direction| direction.z <= 0.0) {
@@ -158,7 +164,7 @@ fn check_light_leaves(surface: &HeightField, bench: &Bench) -> Result<(), Design
             sum += at;
         }
     }
-    let share = trapped as f64 / slopes.as_slice().len() as f64;
+    let share = trapped as f64 / within.max(1) as f64;
     if share > MOST_TRAPPED { Err(DesignError::Trapped { share, at_mm: sum / trapped as f64 }) } else { Ok(()) }
 }
 

@@ -185,9 +185,9 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         if outputs.iter().any(|output| matches!(Format::from_path(output), Ok(Format::Step))) {
             return Err(Failure::refused(ExportError::StepOutline));
         }
-        if args.height_map_cutter.is_some() || plan.settings.finish.is_some() {
+        if !args.height_map.is_empty() || plan.settings.finish.is_some() {
             return Err(Failure::Usage(
-                "cutters and finishes are simulated on rectangular blocks only: take --outline rectangle".into(),
+                "height maps and finishes are made of rectangular blocks only: leave them out, or take --outline rectangle".into(),
             ));
         }
     }
