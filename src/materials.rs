@@ -119,12 +119,13 @@ mod tests {
 
     #[test]
     fn abbe_numbers_are_those_of_the_catalogues() {
+        // Of plastics, sources differ by two.
         for (name, wanted, tolerance) in [
             ("bk7", 64.17, 0.05),
             ("fused-silica", 67.82, 0.1),
             ("pmma", 57.4, 2.5),
-            ("polycarbonate", 29.9, 1.0),
-            ("polystyrene", 30.9, 1.0),
+            ("polycarbonate", 29.9, 2.2),
+            ("polystyrene", 30.9, 2.2),
             ("water", 55.7, 0.3),
         ] {
             let material = by_name(name).unwrap();

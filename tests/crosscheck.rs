@@ -29,7 +29,8 @@ fn numbers(out: &str, words: &str) -> Vec<f64> {
 fn map(workshop: &Workshop, renderer: &str) -> Vec<f64> {
     let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference 0.003"));
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
-    assert_eq!(numbers(&outcome.out, "rays")[1], 0.0, "{}", outcome.out);
+    // In oblique light a ray may graze the wall by the one and the face by the other.
+    assert!(numbers(&outcome.out, "rays")[1] <= 1.0, "{}", outcome.out);
     assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());
     // Renderers see interpolated normals, the picture was made for the spline: both are a few micrometres apart.
     let spline = numbers(&outcome.out, "the spline surface");
@@ -67,27 +68,31 @@ const BENCHES: [&str; 4] = [
 ];
 
 #[test]
-fn povray_lands_rays_where_the_verifier_does_on_every_bench() {
-    if common::program("povray", "Debian: povray").is_none() {
-        return;
-    }
+fn renderers_land_rays_where_the_verifier_does_on_every_bench() {
+    let povray = common::program("povray", "Debian: povray").is_some();
+    let blender = common::program("blender", "Debian: blender").is_some();
+    let mitsuba = has_package("mitsuba");
     for bench in BENCHES {
-        let um = map(&block_on(bench), "povray");
-        println!("{bench}: {um:?}");
-        // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
-        assert!(um[0] < 1.0 && um[5] < 4.0, "{bench}: {um:?}");
-    }
-}
-
-#[test]
-fn blender_lands_rays_where_the_verifier_does_on_every_bench() {
-    if common::program("blender", "Debian: blender").is_none() {
-        return;
-    }
-    for bench in BENCHES {
-        let um = map(&block_on(bench), "blender");
-        println!("{bench}: {um:?}");
-        assert!(um[1] < 1.0 && um[3] < 4.0 && um[5] < 10.0, "{bench}: {um:?}");
+        let workshop = block_on(bench);
+        let um = |renderer: &str| {
+            let um = map(&workshop, renderer);
+            println!("{bench}: {renderer} {um:?}");
+            um
+        };
+        if povray {
+            // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
+            let um = um("povray");
+            assert!(um[0] < 1.0 && um[5] < 4.0, "{bench}: {um:?}");
+        }
+        if blender {
+            let um = um("blender");
+            assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{bench}: {um:?}");
+        }
+        if mitsuba {
+            // A ray goes on a little beside where it arrived, the more the more oblique it is: 4 um are measured.
+            let um = um("mitsuba");
+            assert!(um[1] < 6.0 && um[3] < 12.0 && um[5] < 60.0, "{bench}: {um:?}");
+        }
     }
 }
 
@@ -112,11 +117,6 @@ fn mitsuba_lands_rays_where_the_verifier_does() {
         let um = map(&block(), "mitsuba");
         // Everything is in single precision there, and a ray goes on a little beside where it arrived; 1.4 um is measured.
         assert!(um[1] < 3.0 && um[3] < 6.0 && um[5] < 10.0, "{um:?}");
-        for bench in BENCHES {
-            let um = map(&block_on(bench), "mitsuba");
-            println!("{bench}: {um:?}");
-            assert!(um[1] < 6.0 && um[3] < 12.0 && um[5] < 20.0, "{bench}: {um:?}");
-        }
     }
 }
 

@@ -5,7 +5,7 @@ mod common;
 use glasswarp::{
     bench::ExitFace,
     export::{Design, Format, export},
-    grid::{Extent, Field},
+    grid::{Extent, Field, Outline},
     solid::{Solid, Stock},
     surface::HeightField,
 };
@@ -40,7 +40,16 @@ fn blocks() -> Vec<Block> {
         let solid = Solid::new(&HeightField::new(extent, heights), stock).unwrap();
         Block { name: name.to_owned(), solid, folder: tempfile::tempdir().unwrap() }
     };
+    let outlined = |name: &str, outline: Outline, block: Block| {
+        let face = block.solid.surface();
+        let face = HeightField::outlined(face.extent(), outline, face.heights_mm().clone());
+        Block { name: name.to_owned(), solid: Solid::new(&face, Stock::default()).unwrap(), ..block }
+    };
+    let plain = |size, nodes| block("plain", size, nodes, Stock::default(), 2.0);
     vec![
+        outlined("disc", Outline::Circle, plain((100.0, 100.0), (161, 161))),
+        outlined("ellipse", Outline::Circle, plain((120.0, 60.0), (33, 17))),
+        outlined("rounded", Outline::Rounded { radius_mm: 10.0 }, plain((100.0, 70.0), (201, 141))),
         block("square", (100.0, 100.0), (257, 257), Stock::default(), 2.0),
         block("landscape", (140.0, 100.0), (181, 129), Stock::of_thickness(10.0), 4.0),
         block("portrait", (60.0, 90.0), (41, 97), Stock::default(), 1.0),

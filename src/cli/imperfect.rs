@@ -9,6 +9,7 @@ use super::{
     json,
     judge::{self, Examiner, Subject},
     length::Length,
+    progress::TerminalProgress,
     settings::{Settings, SolverName, name_of},
     side_file::SideFile,
 };
@@ -17,6 +18,7 @@ use glam::DVec2;
 use glasswarp::{
     bench::Bench,
     grid::Extent,
+    solver::Progress,
     target::{
         Border, CausticMesh, Deconvolution, Deconvolved, Ending, ImperfectLight, Picture, Psf, PsfPicture, SourceSize,
         TargetIrradiance, Transfer, to_picture_order,
@@ -235,7 +237,12 @@ impl Intent {
         let deconvolved = match (&psf, border) {
             (Some(psf), Some(border)) => {
                 let rounds = settings.deconvolution_rounds.unwrap_or(usual.rounds);
-                Some(Deconvolution { rounds, border, ..usual }.of(&picture, psf).map_err(Failure::refused)?)
+                let progress = TerminalProgress::new();
+                progress.begin("making up for the spread of the light", rounds);
+                let options = Deconvolution { rounds, border, ..usual };
+                let done = options.of_watched(&picture, psf, |done| progress.advance(done));
+                progress.finish();
+                Some(done.map_err(Failure::refused)?)
             }
             _ => None,
         };

@@ -15,7 +15,7 @@ use glasswarp::{
     solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
     solver::{Progress, Silent, SolveError, Solver},
     surface::HeightField,
-    target::{Picture, PictureError, TargetIrradiance, Transfer},
+    target::{Framing, Picture, PictureError, TargetIrradiance, Transfer},
     transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
@@ -56,7 +56,7 @@ impl Plan {
     /// Reads the picture and validates the settings.
     pub(crate) fn new(picture: PathBuf, mut settings: Settings) -> Result<Self, Failure> {
         let offset = settings.offset.unwrap_or(0.1);
-        let wanted = open_target(&picture, settings.transfer.map(Transfer::from), offset)?;
+        let wanted = open_target(&picture, settings.transfer.map(Transfer::from), offset, settings.framing()?)?;
         let (nx, ny) = (wanted.cells().nx(), wanted.cells().ny());
         let aspect = ny as f64 / nx as f64;
         let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
@@ -229,9 +229,15 @@ fn shape(settings: &Settings) -> Result<Shape, Failure> {
     Ok(Shape { skirt_mm, rim, origin: settings.origin.unwrap_or_default().into() })
 }
 
-/// Reads a picture as light plus a constant.
-pub(crate) fn open_target(path: &Path, transfer: Option<Transfer>, offset: f64) -> Result<TargetIrradiance, Failure> {
-    TargetIrradiance::from_picture(&open_picture(path, transfer)?, offset).map_err(Failure::refused)
+/// Reads a picture, framed, as light plus a constant.
+pub(crate) fn open_target(
+    path: &Path,
+    transfer: Option<Transfer>,
+    offset: f64,
+    framing: Framing,
+) -> Result<TargetIrradiance, Failure> {
+    let picture = framing.apply(&open_picture(path, transfer)?).map_err(Failure::refused)?;
+    TargetIrradiance::from_picture(&picture, offset).map_err(Failure::refused)
 }
 
 /// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.

@@ -76,7 +76,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         rel_rms: json::finite(seen.metrics.rel_rms),
         ssim: json::finite(seen.metrics.ssim),
     }));
-    for warning in &block.summary.warnings {
+    for warning in made.warnings() {
         console::warn(warning);
     }
     Ok(())
@@ -121,7 +121,7 @@ impl Preview<'_> {
             about: format!(
                 "A preview: a draft on {nx} × {ny} nodes, solved in a moment and not to be made. Relief and thickness are close to those of the block; its light is only roughly right, and the design itself comes nearer to the picture."
             ),
-            warnings: block.summary.warnings.clone(),
+            warnings: self.warnings(),
             highlights: vec![
                 error_highlight(&self.seen.metrics, "RMS of this draft; a design comes nearer"),
                 highlight("Stock", mm(solid.thickness_mm()), "mm", "thick".into()),
@@ -162,6 +162,10 @@ impl Preview<'_> {
         report::write_html(output, &page).map_err(Failure::writing)
     }
 
+    fn warnings(&self) -> Vec<String> {
+        self.block.summary.warnings.iter().map(|warning| format!("in this draft, {warning}")).collect()
+    }
+
     fn print(&self, outputs: &[PathBuf]) {
         let (plan, block, metrics) = (self.plan, self.block, &self.seen.metrics);
         let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
@@ -176,7 +180,7 @@ impl Preview<'_> {
         );
         say!("  relief         {:.2} mm", block.surface.relief_mm());
         say!(
-            "  expected error {:.3} relative RMS at most, SSIM {:.3} (this draft's); 'glasswarp design' comes nearer",
+            "  expected error below that of this draft, {:.3} relative RMS (SSIM {:.3}): 'glasswarp design' comes nearer",
             metrics.rel_rms,
             metrics.ssim
         );

@@ -10,7 +10,11 @@ use super::{
     white::Wavelength,
 };
 use clap::{Args, ValueEnum};
-use glasswarp::{grid::Outline, solid::Origin, target::Transfer};
+use glasswarp::{
+    grid::Outline,
+    solid::Origin,
+    target::{Framing, Transfer, Vignette},
+};
 use serde::Deserialize;
 use std::{
     path::{Path, PathBuf},
@@ -163,6 +167,15 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true)]
     pub(crate) offset: Option<f64>,
 
+    /// Part of the window that stays dark on every side of the picture, 0 to 0.45 [default: 0]
+    #[arg(long, value_name = "SHARE", help_heading = "Picture", allow_hyphen_values = true)]
+    pub(crate) margin: Option<f64>,
+
+    /// Darken the picture towards its border: none, circle (dark outside of the ellipse within it), or circle:0.2 (fading over
+    /// this share of the radius) [default: none]
+    #[arg(long, value_name = "SHAPE", help_heading = "Picture")]
+    pub(crate) vignette: Option<VignetteName>,
+
     /// How numbers in the picture become light [default: srgb, for OpenEXR linear]
     #[arg(long, value_name = "CURVE", help_heading = "Picture")]
     pub(crate) transfer: Option<TransferName>,
@@ -200,6 +213,43 @@ impl From<TransferName> for Transfer {
         match name {
             TransferName::Srgb => Self::Srgb,
             TransferName::Linear => Self::Linear,
+        }
+    }
+}
+
+/// A vignette as a person writes it.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
+#[serde(try_from = "String")]
+pub(crate) struct VignetteName(pub(crate) Vignette);
+
+impl FromStr for VignetteName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let soft = match text.trim().split_once(':') {
+            None if text.trim() == "none" => return Ok(Self(Vignette::None)),
+            None if text.trim() == "circle" => Some(0.0),
+            Some(("circle", soft)) => soft.parse().ok(),
+            _ => None,
+        };
+        soft.map(|soft| Self(Vignette::Circle { soft }))
+            .ok_or_else(|| format!("'{text}' is no vignette; write none, circle or circle:SHARE, as circle:0.2"))
+    }
+}
+
+impl TryFrom<String> for VignetteName {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl std::fmt::Display for VignetteName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.0 {
+            Vignette::None => f.write_str("none"),
+            Vignette::Circle { soft } => write!(f, "circle:{soft}"),
         }
     }
 }
@@ -385,6 +435,12 @@ impl Settings {
         }
     }
 
+    /// What is done to the picture before it becomes light.
+    pub(crate) fn framing(&self) -> Result<Framing, Failure> {
+        let vignette = self.vignette.map(|VignetteName(vignette)| vignette).unwrap_or_default();
+        Framing::new(self.margin.unwrap_or(0.0), vignette).map_err(Failure::refused)
+    }
+
     /// The picture that a design file names.
     pub(crate) fn named_picture(&self, file: &Path) -> Result<PathBuf, Failure> {
         self.picture.clone().ok_or_else(|| {
@@ -457,6 +513,8 @@ impl Settings {
             wavelength: self.wavelength.or(other.wavelength.filter(|_| self.ior.is_none())),
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
+            margin: self.margin.or(other.margin),
+            vignette: self.vignette.or(other.vignette),
             outline: self.outline.or(other.outline),
             nodes: self.nodes.or(other.nodes),
             rim: self.rim.or(other.rim),

@@ -346,6 +346,12 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(um) = settings.step_tolerance {
         line(format_args!("step-tolerance = {um:?} # um"))?;
     }
+    if let Some(margin) = settings.margin {
+        line(format_args!("margin = {margin:?} # share of the window that stays dark on every side"))?;
+    }
+    if let Some(vignette) = settings.vignette {
+        line(format_args!("vignette = {}", quoted(&vignette.to_string())))?;
+    }
     if let Some(offset) = settings.offset {
         line(format_args!("offset = {offset:?}"))?;
     }

@@ -15,7 +15,7 @@ use super::{
     page,
     plan::open_target,
     progress::TerminalProgress,
-    settings::TransferName,
+    settings::{Settings, TransferName},
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
     sweep::{self, Range},
@@ -383,7 +383,8 @@ fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrra
     };
     let transfer = args.transfer.or(design.and_then(|design| design.transfer)).map(Transfer::from);
     let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
-    let target = open_target(picture, transfer, offset)?;
+    let framing = design.map(Settings::framing).transpose()?.unwrap_or_default();
+    let target = open_target(picture, transfer, offset, framing)?;
     Ok((Some(target), Some(offset)))
 }
 

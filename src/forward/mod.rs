@@ -163,7 +163,12 @@ pub(crate) fn land(incoming: &Incoming, bench: &Bench, from: DVec3, slope: DVec2
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{bench::ExitFace, grid::Extent, light::Intensity, surface::HeightField};
+    use crate::{
+        bench::ExitFace,
+        grid::{Extent, Outline},
+        light::Intensity,
+        surface::HeightField,
+    };
 
     const BLOCK: Extent = Extent::new(40.0, 30.0);
 
@@ -187,6 +192,31 @@ mod tests {
         );
         assert!(caustic.irradiance.as_slice().iter().all(|v| (v - 1.0).abs() < 1e-12));
         assert!(caustic.outside.abs() < 1e-12 && caustic.reflected == 0.0);
+    }
+
+    #[test]
+    fn a_flat_disc_lights_a_disc_exactly_by_area() {
+        let bench = bench(ExitFace::Refracts { ior: 1.5 }).with_outline(Outline::Circle).unwrap();
+        let cells = (20, 15);
+        let caustic = irradiance(&spline(|_| 0.0), &bench, Geometry::Displaced, (397, 283), cells);
+        let contour = bench.contour();
+        let size = BLOCK.as_vec() / DVec2::new(cells.0 as f64, cells.1 as f64);
+        for j in 0..cells.1 {
+            for i in 0..cells.0 {
+                // The share of the cell within the ellipse, by its rows.
+                let (left, rows) = (BLOCK.lower() + size * DVec2::new(i as f64, j as f64), 4000);
+                let covered: f64 = (0..rows)
+                    .map(|k| {
+                        let half = contour.half_width_mm(left.y + size.y * (f64::from(k) + 0.5) / f64::from(rows));
+                        ((left.x + size.x).min(half) - left.x.max(-half)).max(0.0) / size.x
+                    })
+                    .sum::<f64>()
+                    / f64::from(rows);
+                let got = caustic.irradiance[(i, j)] * contour.share_of_extent();
+                assert!((got - covered).abs() < 2e-4, "{i}, {j}: {got} of {covered}");
+            }
+        }
+        assert!(caustic.outside < 1e-12 && caustic.folded == 0.0);
     }
 
     #[test]

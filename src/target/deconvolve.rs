@@ -138,6 +138,19 @@ impl Deconvolution {
     /// # Errors
     /// An option out of range.
     pub fn of(&self, wanted: &TargetIrradiance, psf: &Psf) -> Result<Deconvolved, DeconvolutionError> {
+        self.of_watched(wanted, psf, |_| {})
+    }
+
+    /// The same; `advance` is told how many rounds are done.
+    ///
+    /// # Errors
+    /// An option out of range.
+    pub fn of_watched(
+        &self,
+        wanted: &TargetIrradiance,
+        psf: &Psf,
+        mut advance: impl FnMut(usize),
+    ) -> Result<Deconvolved, DeconvolutionError> {
         self.check()?;
         let cells = wanted.cells();
         let (nx, ny) = (cells.nx(), cells.ny());
@@ -164,6 +177,7 @@ impl Deconvolution {
             let stride = STRIDE.min(self.rounds - rounds);
             (0..stride).for_each(|_| richardson.step());
             rounds += stride;
+            advance(rounds);
             let next = cut(&richardson.light, margins, (nx, ny)).map(|v| v.max(self.least.min(low)));
             let (now, _) = error(&next);
             if now > before {

@@ -2,12 +2,14 @@
 
 mod caustic;
 mod deconvolve;
+mod framing;
 mod imperfect;
 mod picture;
 mod psf;
 
 pub use caustic::{CausticMesh, CausticMeshError};
 pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, Ending};
+pub use framing::{Framing, FramingError, Vignette};
 pub use imperfect::{ImperfectLight, SourceSize};
 pub use picture::{Picture, PictureError, Transfer};
 pub use psf::{Psf, PsfError, PsfPicture};

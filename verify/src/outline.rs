@@ -1,17 +1,23 @@
 //! A block that is not rectangular: the vertices on its outline, and the smooth face between the last nodes of its grid and them.
 //!
 //! Within the outline the vertices of the exit face are nodes of a regular grid; those on the outline are where the face meets the
-//! side wall. The spline through the nodes needs nodes beyond. They are extrapolated, and then moved until the spline meets the
-//! vertices on the outline: so the face is known up to the outline, but for its slope in the last cell.
+//! side wall. The spline through the nodes needs nodes beyond: each is that of a cubic fitted to the nodes and outline vertices
+//! around, then moved by what the spline still misses on the outline. On a smooth face the slope between the last nodes and the
+//! outline is met to the third order of the spacing.
 
 use crate::{mesh::Mesh, spline::Bicubic};
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
-/// Layers of nodes that are extrapolated one from the other; what lies beyond counts for nothing within.
-const LAYERS: usize = 6;
-/// Rounds in which nodes beyond the outline are moved, and the miss, in spacings, that ends them.
-const ROUNDS: usize = 12;
-const ENOUGH: f64 = 1e-6;
+/// Layers of nodes that are fitted; what lies beyond hardly counts within.
+const LAYERS: usize = 5;
+/// How much further than the outline the fit of a node reaches, and the width of its weights there, spacings.
+const REACH: f64 = 3.5;
+const WIDTH: f64 = 1.0;
+/// Rounds in which nodes beyond the outline are moved by what the spline misses.
+const ROUNDS: usize = 2;
+/// Coefficients of a cubic in two variables.
+const TERMS: usize = 10;
 
 /// The closed curve of vertices around the exit face.
 #[derive(Clone, Debug)]
@@ -73,46 +79,97 @@ impl Border {
 
     /// Gives heights to the nodes of the grid that the file has not, from those that it has and from the border.
     pub(crate) fn complete(&self, heights: &mut [f64], (nx, ny): (usize, usize), lower: DVec2, upper: DVec2) {
-        let depth = extrapolate(heights, &self.known, (nx, ny));
+        let layer = extrapolate(heights, &self.known, (nx, ny));
         let spacing = (upper - lower) / DVec2::new((nx - 1) as f64, (ny - 1) as f64);
-        // The border's points near every node that may move.
         let places: Vec<DVec2> = self.points.iter().map(|p| (p.truncate() - lower) / spacing).collect();
         let mut buckets: Vec<Vec<u32>> = vec![Vec::new(); nx * ny];
         for (k, place) in places.iter().enumerate() {
             let at = place.round().clamp(DVec2::ZERO, DVec2::new((nx - 1) as f64, (ny - 1) as f64));
             buckets[at.y as usize * nx + at.x as usize].push(k as u32);
         }
-        let movable: Vec<(usize, Vec<(u32, f64)>)> = (0..nx * ny)
-            .filter(|&k| depth[k] > 0 && depth[k] <= LAYERS)
-            .map(|k| {
-                let (i, j) = (k % nx, k / nx);
-                let reach = depth[k] + 3;
-                let node = DVec2::new(i as f64, j as f64);
+        let node = |k: usize| DVec2::new((k % nx) as f64, (k / nx) as f64);
+        let movable: Vec<usize> = (0..nx * ny).filter(|&k| (1..=LAYERS).contains(&layer[k])).collect();
+        // Fitted heights, and the share of every outline vertex's miss that moves the node.
+        let fitted: Vec<(f64, Vec<(u32, f64)>)> = movable
+            .par_iter()
+            .map(|&k| {
+                let at = node(k);
+                let reach = layer[k] + REACH.ceil() as usize + 1;
                 let near = |at: usize, n: usize| at.saturating_sub(reach)..=(at + reach).min(n - 1);
-                let width = 0.5 + 0.5 * depth[k] as f64;
-                let points = near(j, ny).flat_map(|j| near(i, nx).map(move |i| j * nx + i)).flat_map(|k| &buckets[k]);
-                let weights: Vec<(u32, f64)> = points
-                    .map(|&p| (p, (-0.5 * places[p as usize].distance_squared(node) / (width * width)).exp()))
+                let around: Vec<usize> =
+                    near(k / nx, ny).flat_map(|j| near(k % nx, nx).map(move |i| j * nx + i)).collect();
+                let outline: Vec<u32> = around.iter().flat_map(|&k| &buckets[k]).copied().collect();
+                let distance =
+                    outline.iter().map(|&p| places[p as usize].distance(at)).fold(f64::INFINITY, f64::min).min(20.0);
+                let nodes = around.iter().filter(|&&k| self.known[k]).map(|&k| (node(k), heights[k]));
+                let ends = outline.iter().map(|&p| (places[p as usize], self.points[p as usize].z));
+                let samples = nodes.chain(ends).map(|(place, z)| (place - at, z));
+                let height = cubic_at_origin(samples, distance + REACH, distance + WIDTH).unwrap_or(heights[k]);
+                let width = 0.6 + 0.5 * distance;
+                let mut shares: Vec<(u32, f64)> = outline
+                    .iter()
+                    .map(|&p| (p, (-0.5 * places[p as usize].distance_squared(at) / (width * width)).exp()))
                     .filter(|(_, weight)| *weight > 1e-4)
                     .collect();
-                (k, weights)
+                let sum: f64 = shares.iter().map(|(_, weight)| weight).sum();
+                shares.iter_mut().for_each(|(_, weight)| *weight /= sum);
+                (height, shares)
             })
             .collect();
-        let enough = ENOUGH * spacing.min_element();
+        movable.iter().zip(&fitted).for_each(|(&k, (height, _))| heights[k] = *height);
         for _ in 0..ROUNDS {
             let spline = Bicubic::through(heights, nx, ny, lower.to_array(), upper.to_array());
             let misses: Vec<f64> = self.points.iter().map(|p| p.z - spline.jet(p.x, p.y).z).collect();
-            if misses.iter().all(|miss| miss.abs() < enough) {
-                return;
-            }
-            for (k, weights) in &movable {
-                let sum: f64 = weights.iter().map(|(_, weight)| weight).sum();
-                if sum > 0.0 {
-                    heights[*k] += weights.iter().map(|&(p, weight)| weight * misses[p as usize]).sum::<f64>() / sum;
-                }
+            for (&k, (_, shares)) in movable.iter().zip(&fitted) {
+                heights[k] += shares.iter().map(|&(p, share)| share * misses[p as usize]).sum::<f64>();
             }
         }
     }
+}
+
+/// The value at the origin of the cubic that fits samples best, those within `reach` with Gaussian weights of this width. None if
+/// they do not determine it.
+fn cubic_at_origin(samples: impl Iterator<Item = (DVec2, f64)>, reach: f64, width: f64) -> Option<f64> {
+    let (mut matrix, mut right) = ([[0.0; TERMS]; TERMS], [0.0; TERMS]);
+    let mut count = 0;
+    for (p, z) in samples.filter(|(p, _)| p.length() <= reach) {
+        let weight = (-p.length_squared() / (width * width)).exp();
+        let (x, y) = (p.x / reach, p.y / reach);
+        let terms = [1.0, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y];
+        for (row, a) in terms.iter().enumerate() {
+            right[row] += weight * a * z;
+            for (column, b) in terms.iter().enumerate().take(row + 1) {
+                matrix[row][column] += weight * a * b;
+            }
+        }
+        count += 1;
+    }
+    if count < TERMS {
+        return None;
+    }
+    // Cholesky's decomposition of the normal equations, in place.
+    for row in 0..TERMS {
+        for column in 0..=row {
+            let sum: f64 = (0..column).map(|k| matrix[row][k] * matrix[column][k]).sum();
+            let rest = matrix[row][column] - sum;
+            matrix[row][column] = if row > column {
+                rest / matrix[column][column]
+            } else if rest > 1e-14 * matrix[row][row] {
+                rest.sqrt()
+            } else {
+                return None;
+            };
+        }
+    }
+    for row in 0..TERMS {
+        let sum: f64 = (0..row).map(|k| matrix[row][k] * right[k]).sum();
+        right[row] = (right[row] - sum) / matrix[row][row];
+    }
+    for row in (0..TERMS).rev() {
+        let sum: f64 = (row + 1..TERMS).map(|k| matrix[k][row] * right[k]).sum();
+        right[row] = (right[row] - sum) / matrix[row][row];
+    }
+    Some(right[0])
 }
 
 /// Extrapolates layer by layer, with parabolas along rows, columns and diagonals; returns in which layer every node lies, 0 for those
@@ -187,8 +244,8 @@ mod tests {
             })
         };
         let (coarse, fine) = (worst(41), worst(81));
-        assert!(fine.0 < 1e-5 && fine.1 < 5e-4, "{fine:?}");
-        assert!(fine.1 < 0.35 * coarse.1, "slopes: {} then {}", coarse.1, fine.1);
+        assert!(fine.0 < 3e-5 && fine.1 < 3e-4, "{fine:?}");
+        assert!(fine.1 < 0.25 * coarse.1, "slopes: {} then {}", coarse.1, fine.1);
     }
 
     #[test]

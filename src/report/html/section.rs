@@ -95,6 +95,9 @@ impl Section {
             [1.0, -1.0].map(|sign| across.project(bench.receiver().point(bench.window_centre_mm() + sign * half)));
         let drawn = middle.iter().flatten().chain(&profile).chain(&receiver);
         let (low, high) = drawn.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+        // Room for the size of a block that nothing is drawn before.
+        let near = profile.iter().map(|point| point.x).fold(f64::INFINITY, f64::min);
+        let low = DVec2::new(low.x.min(near - 0.16 * (high.x - low.x)), low.y);
         let span = (high - low).max(DVec2::splat(1e-9));
         let scale = (CONTENT / span).min_element();
         let shown = span * scale;

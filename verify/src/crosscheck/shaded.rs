@@ -1,7 +1,7 @@
 //! The file's own triangles with the normals that renderers shall interpolate.
 
 use crate::{block::Block, mesh::Mesh, shading::node_normals};
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// A mesh with one normal per vertex, in the single precision of renderers. Where the exit face meets a wall the
 /// vertices stand twice, or more often.
@@ -18,8 +18,16 @@ impl ShadedMesh {
     pub(super) fn new(mesh: &Mesh, block: &Block) -> Self {
         let (lower, size) = (block.lower, block.size_mm());
         let of_nodes = node_normals(block);
-        // As in the recognition of blocks, where everything above the entry plane was found to be a node.
-        let entry = block.entry_z + 1e-5 * size.max_element().max(block.entry_z.abs());
+        let cell = size / DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64);
+        // Half a cell, seen from above: walls have no plan, and a rim has another place.
+        let of_exit_face = |[a, b, c]: [DVec3; 3]| {
+            let at_home = |p: DVec3| {
+                let from = p.truncate() - lower;
+                (from + 0.25 * cell).min_element() >= 0.0 && (from - size).cmple(0.25 * cell).all()
+            };
+            let plan = (b - a).truncate().perp_dot((c - a).truncate());
+            plan > 0.5 * cell.x * cell.y && at_home(a) && at_home(b) && at_home(c)
+        };
         let node = |v: DVec3| {
             let i = ((v.x - lower.x) / size.x * (block.nx - 1) as f64).round() as usize;
             let j = ((v.y - lower.y) / size.y * (block.ny - 1) as f64).round() as usize;
@@ -29,7 +37,7 @@ impl ShadedMesh {
         let mut made = Self { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
         for (k, triangle) in mesh.triangles.iter().enumerate() {
             let corners = mesh.corners(k);
-            let of_exit = corners.iter().all(|c| c.z > entry);
+            let of_exit = of_exit_face(corners);
             let flat = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             let mut indices = [0; 3];
             for (index, (&v, &corner)) in indices.iter_mut().zip(triangle.iter().zip(&corners)) {
@@ -52,5 +60,45 @@ impl ShadedMesh {
         self.positions.push(position.as_vec3());
         self.normals.push(normal.as_vec3());
         (self.positions.len() - 1) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_have_the_faces_normals_and_a_rim_stays_flat() {
+        let (n, cells) = (5usize, 4.0);
+        let at = |i: usize, j: usize| DVec3::new(i as f64 - 2.0, j as f64 - 2.0, 0.1 * i as f64);
+        let vertices: Vec<DVec3> = (0..n * n).map(|k| at(k % n, k / n)).collect();
+        let mut triangles = Vec::new();
+        for k in (0..n * (n - 1)).filter(|k| k % n + 1 < n) {
+            let [a, b, c, d] = [k, k + 1, k + n + 1, k + n].map(|v| v as u32);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+        let of_exit = triangles.len();
+        let mut mesh = Mesh { vertices, triangles, normals: None };
+        // A piece of a rim beside the face and a wall down to it, all above the entry face.
+        let edge = mesh.vertices.len() as u32;
+        let v = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        mesh.vertices.extend([v(2.0, -2.0, -1.0), v(9.0, -2.0, -1.0), v(9.0, 2.0, -1.0), v(2.0, 2.0, -1.0)]);
+        mesh.triangles.extend([[edge, edge + 1, edge + 2], [edge, edge + 2, edge + 3], [4, edge, 24]]);
+        let heights = (0..n * n).map(|k| at(k % n, k / n).z).collect();
+        let block = Block::from_heights(DVec2::splat(cells), -5.0, (n, n), heights).unwrap();
+        let shaded = ShadedMesh::new(&mesh, &block);
+        let leaning = DVec3::new(-0.1, 0.0, 1.0).normalize().as_vec3();
+        for (k, corners) in shaded.triangles.iter().enumerate() {
+            let wanted = if k < of_exit {
+                leaning
+            } else if k < of_exit + 2 {
+                Vec3::Z
+            } else {
+                Vec3::X
+            };
+            for &corner in corners {
+                assert!((shaded.normals[corner as usize] - wanted).length() < 1e-6, "triangle {k}");
+            }
+        }
     }
 }
