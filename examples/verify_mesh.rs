@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use glasswarp_verify::{
-    Block, PhotonPlan, Scene, Tracer, Window, beams,
+    Block, PhotonPlan, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},
     photons, solid,
 };
@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // A regular grid over a planar face is a block, and its face is smooth; everything else is traced as its flat triangles.
     let tracer = match Block::from_mesh(&mesh) {
         Ok(block) => Tracer::for_block(&block, &scene)?,
-        Err(_) => Tracer::for_solid(&mesh, &scene)?,
+        Err(_) => Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene })?,
     };
     let image = beams(&tracer, 200, 200).image;
     let tally = photons(&tracer, &PhotonPlan::new(100_000, 1))?;
