@@ -46,7 +46,7 @@ fn the_report_of_a_design_works_in_a_browser() {
     let workshop = Workshop::new();
     workshop.draw_chiral_picture();
     let outcome = workshop.run(
-        "design chiral.png -o block.stl -o block.obj --nodes 97 --transfer linear --thickness 20mm --rim 8mm,-3mm --mark 5mm",
+        "design chiral.png -o block.stl -o block.obj --nodes 97 --transfer linear --thickness 20mm --rim 8mm,-6mm --mark 5mm",
     );
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     assert!(outcome.out.contains("block.report.html"), "{}", outcome.out);
@@ -157,7 +157,7 @@ fn a_preview_says_what_would_come() {
         assert!(outcome.out.contains(word), "'{word}' is not in\n{}", outcome.out);
     }
     let html = fs::read_to_string(workshop.path("look.html")).unwrap();
-    assert!(html.contains("A preview: a draft on 257 × 171 nodes") && html.contains("400"));
+    assert!(html.contains("A preview: a draft on 257 × 172 nodes") && html.contains("400"));
     assert!(image::open(workshop.path("look.png")).unwrap().width() > 900);
     assert!(workshop.files().iter().all(|name| !name.ends_with(".stl") && !name.ends_with(".toml")), "no block");
     // The relief is that of the block to a few percent.
