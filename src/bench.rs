@@ -438,7 +438,10 @@ mod tests {
             assert!(error.contains("at most 40.00 mm"), "{error}");
         }
         assert!(
-            (bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent() - 0.7854).abs() < 1e-4
+            (bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent()
+                - std::f64::consts::FRAC_PI_4)
+                .abs()
+                < 1e-4
         );
     }
 

@@ -113,7 +113,7 @@ fn senseless_light_is_refused_with_a_way_out() {
 fn mesh() -> String {
     let mut text = String::new();
     for k in 0..13 * 9 {
-        let (u, v) = ((k % 13) as f64 / 6.0 - 1.0, (k / 13) as f64 / 4.0 - 1.0);
+        let (u, v) = (f64::from(k % 13) / 6.0 - 1.0, f64::from(k / 13) / 4.0 - 1.0);
         writeln!(text, "v {} {} 0", 30.0 * u + 4.0 * v, 6.0 * u + 20.0 * v).unwrap();
     }
     for k in 0..12 * 8 {

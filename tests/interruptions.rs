@@ -36,9 +36,12 @@ fn command(folder: &Path, line: &str) -> Command {
     command
 }
 
+/// Names and contents.
+type Files = BTreeMap<String, Vec<u8>>;
+
 /// The visible files of a folder and what is in them; hidden ones by name only. Of a report, which tells the time that it took,
 /// whether it is whole.
-fn contents(folder: &Path) -> (BTreeMap<String, Vec<u8>>, Vec<String>) {
+fn contents(folder: &Path) -> (Files, Vec<String>) {
     let (mut files, mut hidden) = (BTreeMap::new(), Vec::new());
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let name = entry.file_name().into_string().unwrap();
@@ -56,7 +59,7 @@ fn contents(folder: &Path) -> (BTreeMap<String, Vec<u8>>, Vec<String>) {
 }
 
 /// Two workshops with the older and the new files of the same names, and the time that a run takes.
-fn before_and_after() -> (BTreeMap<String, Vec<u8>>, BTreeMap<String, Vec<u8>>, Duration) {
+fn before_and_after() -> (Files, Files, Duration) {
     let made = |line| {
         let shop = Workshop::new();
         assert_eq!(shop.run(line).code, FINE);
@@ -70,7 +73,7 @@ fn before_and_after() -> (BTreeMap<String, Vec<u8>>, BTreeMap<String, Vec<u8>>, 
     (older, new, took)
 }
 
-fn furnish(folder: &Path, files: &BTreeMap<String, Vec<u8>>) {
+fn furnish(folder: &Path, files: &Files) {
     for (name, bytes) in files {
         let whole: &[u8] = if name.ends_with(".html") { b"</html>" } else { bytes };
         fs::write(folder.join(name), whole).unwrap();
@@ -126,7 +129,7 @@ fn an_interrupted_run_leaves_old_files_or_new_ones_and_nothing_else() {
 }
 
 /// What a run leaves that could not write all of its files.
-fn assert_untouched(shop: &Path, output: &Output, older: &BTreeMap<String, Vec<u8>>, new: &BTreeMap<String, Vec<u8>>) {
+fn assert_untouched(shop: &Path, output: &Output, older: &Files, new: &Files) {
     let (text, (left, hidden)) = (String::from_utf8_lossy(&output.stderr), contents(shop));
     assert_eq!(output.status.code(), Some(FILE), "{text}");
     assert!(text.contains("error:") && !text.contains("panicked"), "{text}");

@@ -35,7 +35,8 @@ fn the_verifier_knows_such_a_block_in_every_mesh_format_and_its_face_up_to_the_o
             assert!(!block.is_rectangular());
             assert_eq!(block.nodes(), (101, 81), "{format}");
             assert!((block.size_mm() - DVec2::new(50.0, 40.0)).length() < 1e-3);
-            assert!(block.mean_exit_z_mm().abs() < 1e-4, "{}", block.mean_exit_z_mm());
+            // Nodes next to the outline are not in the file, and missing in the mean.
+            assert!(block.mean_exit_z_mm().abs() < 2e-3, "{}", block.mean_exit_z_mm());
             // Straight rays: where the verifier lands them, by its own spline, and where ours goes.
             let window = Window { size_mm: DVec2::new(50.0, 40.0), centre_mm: DVec2::ZERO, nx: 50, ny: 40 };
             let tracer = Tracer::for_block(&block, &Scene::new(1.5, 120.0, window)).unwrap();

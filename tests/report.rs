@@ -33,7 +33,7 @@ fn shot(folder: &Path, name: &str) -> RgbaImage {
 fn changed(a: &RgbaImage, b: &RgbaImage) -> f64 {
     assert_eq!(a.dimensions(), b.dimensions());
     let differ = a.pixels().zip(b.pixels()).filter(|(a, b)| (0..3).any(|k| a[k].abs_diff(b[k]) > 3)).count();
-    differ as f64 / (a.width() * a.height()) as f64
+    differ as f64 / f64::from(a.width() * a.height())
 }
 
 fn brightness(image: &RgbaImage) -> f64 {

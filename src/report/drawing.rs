@@ -78,7 +78,7 @@ fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
     match solid.surface().outline() {
         Outline::Rectangle => {}
         Outline::Circle if face.width_mm == face.height_mm => {
-            notes.push(format!("round, diameter {}", mm(face.width_mm)))
+            notes.push(format!("round, diameter {}", mm(face.width_mm)));
         }
         Outline::Circle => notes.push("the outline is an ellipse".to_owned()),
         Outline::Rounded { radius_mm } => notes.push(format!("corners rounded, radius {}", mm(radius_mm))),

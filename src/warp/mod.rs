@@ -57,7 +57,7 @@ fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
         Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",
         Light::Parallel { .. } => return Ok(()),
     };
-    Err(SolveError::Unsupported { solver, what: format!("{what} (the solver \"transport\" does)") })
+    Err(SolveError::Unsupported { solver, what: format!("{what}: take --solver transport") })
 }
 
 fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Result<(), SolveError> {

@@ -119,16 +119,17 @@ impl Block {
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
             .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
         let (grid, rim_z, border) = plain.or_else(|plain| {
-            if let Ok((grid, border)) = Grid::within(mesh, in_entry, &above) {
-                entry_face(mesh, in_entry, lo, plan_area(mesh))?;
-                return Ok((grid, None, Some(border)));
-            }
             // A rim around the exit face, which then is what is left above the entry face.
-            let (in_rim, rim_z) = rim(mesh, in_entry, lo).ok_or_else(|| plain.clone())?;
-            let inside = above.into_iter().filter(|v| !in_rim[*v as usize]).collect();
-            let grid = Grid::over(mesh, inside).map_err(|_| plain)?;
+            let framed = rim(mesh, in_entry, lo).and_then(|(in_rim, rim_z)| {
+                let inside = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
+                Some((Grid::over(mesh, inside).ok()?, Some(rim_z), None))
+            });
+            // Or an outline that is no rectangle.
+            let outlined =
+                || Grid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
+            let found = framed.or_else(outlined).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
-            Ok((grid, Some(rim_z), None))
+            Ok(found)
         })?;
         let Grid { exit, lo: lower, hi: upper, nx, ny } = grid;
         let extent = upper - lower;

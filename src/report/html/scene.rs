@@ -52,7 +52,7 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
         nodes: [nx, ny],
         range: [low, high],
         heights: data::base64(&steps),
-        outline: model.outline.iter().map(|p| p.to_array()).collect(),
+        outline: model.outline.iter().map(glam::DVec2::to_array).collect(),
         rim: model.rim_z_mm,
         receiver: window_corners(model.bench).iter().map(point).collect(),
         rays: data::base64(&rays),

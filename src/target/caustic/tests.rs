@@ -99,7 +99,7 @@ fn what_is_no_grid_is_refused_by_name() {
     let (nx, ny) = (8, 6);
     let mut ring = String::new();
     for k in 0..nx * ny {
-        let p = (10.0 + (k / nx) as f64) * DVec2::from_angle((k % nx) as f64);
+        let p = (10.0 + f64::from(k / nx)) * DVec2::from_angle(f64::from(k % nx));
         writeln!(ring, "v {} {} 0", p.x, p.y).unwrap();
     }
     for k in 0..nx * (ny - 1) {

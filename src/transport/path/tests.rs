@@ -12,7 +12,7 @@ fn benches() -> Vec<Bench> {
     let mirror = Bench::new(block, 150.0, ExitFace::Reflects).unwrap();
     let lit = |bench: &Bench, direction: DVec3| bench.clone().with_light_direction(direction).unwrap();
     let near = |bench: &Bench, at: DVec3, how| bench.clone().with_point_source(at, 15.0, how).unwrap();
-    let upright = vec![
+    let upright = [
         glass.clone(),
         mirror.clone(),
         lit(&glass, DVec3::new(0.15, -0.1, 1.0)),
