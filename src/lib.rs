@@ -27,7 +27,7 @@
 //! # To read in this order
 //!
 //! 1. [`target`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
-//! 2. [`bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
+//! 2. [`mod@bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
 //!    reflection at one face; [`materials`]: indices.
 //! 3. [`solver`]: what every solver takes and gives. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
 //!    as the paper prints it. [`optim`] and [`grid`] are their tools, [`forward`] closes their loops.

@@ -50,7 +50,7 @@ fn benches_that_physics_forbids_are_refused_with_the_value_and_the_remedy() {
         ("--source-distance 5mm", "at most 75 degrees"),
         ("--source-distance 300mm --emission gaussian:2deg", "2 % are needed"),
         ("--source-distance 300mm --emission gaussian:95deg", "between 0.1deg and 89deg"),
-        ("--window 900mm", "total internal reflection"),
+        ("--window 900mm", "totally reflected"),
         ("--wavelength 532nm", "add --material"),
     ] {
         let refused = workshop.run(&format!("design picture.png --nodes 65 -o block.stl {flags}"));

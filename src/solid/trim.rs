@@ -115,15 +115,33 @@ impl Solid {
         }
         let inner: Vec<u32> = around(&spans).into_iter().map(|(i, j)| number[j * nx + i]).collect();
         let first = vertices.len() as u32;
+        let mut outer: Vec<u32> = Vec::with_capacity(border.len());
         for &(at, height) in border {
             let place = at - self.origin.truncate();
-            vertices.push([place.x as f32, place.y as f32, self.file_z(height)]);
-            normals.push(super::normal_of(spline.sample(at).slope));
+            let vertex = [place.x as f32, place.y as f32, self.file_z(height)];
+            // On the way away from the outline neighbours have the same foot.
+            let same = |v: &usize| vertices.get(*v).is_some_and(|known| known[..2] == vertex[..2]);
+            let begin = first as usize;
+            let known = [vertices.len() - 1, begin].into_iter().filter(|&v| v >= begin).find(same);
+            outer.push(known.unwrap_or(vertices.len()) as u32);
+            if known.is_none() {
+                vertices.push(vertex);
+                normals.push(super::normal_of(spline.sample(at).slope));
+            }
         }
         for k in 0..inner.len() {
             let next = (k + 1) % inner.len();
-            let (outer, beyond) = (first + k as u32, first + next as u32);
-            triangles.extend([[inner[k], outer, beyond], [inner[k], beyond, inner[next]]]);
+            let (a, b, c, d) = (inner[k], outer[k], outer[next], inner[next]);
+            if b == c {
+                triangles.push([a, c, d]);
+                continue;
+            }
+            // Across the corner that leaves the larger triangles: the other may leave one without area.
+            let place = |v: u32| DVec2::new(vertices[v as usize][0].into(), vertices[v as usize][1].into());
+            let area = |[a, b, c]: [u32; 3]| (place(b) - place(a)).perp_dot(place(c) - place(a));
+            let splits = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
+            let least = splits.map(|[first, second]| area(first).min(area(second)));
+            triangles.extend(splits[usize::from(least[1] > least[0])]);
         }
         let border = first..vertices.len() as u32;
         Trimmed { vertices, triangles, normals, border }
@@ -192,11 +210,12 @@ mod tests {
                     let [a, b, c] = solid.bounds().0;
                     // The chord at the outermost point stays within the curve: twice its sagitta, if no node is opposite.
                     let (half, spacing) = (0.5 * extent.as_vec(), extent.node_spacing(nodes.0, nodes.1));
-                    let chords = if outline == Outline::Circle { 1.5 * spacing } else { DVec2::ZERO };
-                    let sagitta = |along: usize| {
-                        let across = 1 - along;
-                        1e-4 + 2.0 * chords[across].powi(2) / (8.0 * half[across].powi(2) / half[along])
+                    let round = |along: usize| match outline {
+                        Outline::Circle => half[1 - along].powi(2) / half[along],
+                        Outline::Rounded { radius_mm } if radius_mm >= half[1 - along] => radius_mm,
+                        _ => f64::INFINITY,
                     };
+                    let sagitta = |along: usize| 1e-4 + (1.5 * spacing[1 - along]).powi(2) / (4.0 * round(along));
                     let short = extent.as_vec() - DVec2::new(f64::from(x - a), f64::from(y - b));
                     assert!(short.x > -1e-4 && short.x < sagitta(0), "{outline:?} {nodes:?}: {short}");
                     assert!(short.y > -1e-4 && short.y < sagitta(1), "{outline:?} {nodes:?}: {short}");

@@ -19,7 +19,7 @@ use raster::Layers;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
-/// A grid of quads on the receiver; see the [module](self).
+/// A grid of quads on the receiver.
 #[derive(Clone, Debug)]
 pub struct CausticMesh {
     vertices: Field<DVec2>,

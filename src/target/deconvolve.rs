@@ -25,7 +25,7 @@ use super::{Psf, TargetError, TargetIrradiance};
 use crate::grid::{Convolution, Field};
 use rayon::prelude::*;
 
-/// What is taken to lie beyond the border of the picture; see the [module](self).
+/// What is taken to lie beyond the border of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Border {
     /// No light, as on a real receiver.
