@@ -9,7 +9,7 @@ use super::{
     path::OpticalPath,
     pyramid::{FORCING, RMS, Solved, record},
     report,
-    soften::{PASSES, soften},
+    soften::soften,
     uneven,
 };
 use crate::{
@@ -39,12 +39,6 @@ const HARD: f64 = 0.1;
 const GENTLE: usize = 2;
 /// A round that takes away less than this share of the error is the last of its stage.
 const LEAST_GAIN: f64 = 0.03;
-
-/// Share of the light in folded beams up to which they are smoothed away, and the greatest factor of the error that may cost.
-const FEW_FOLDS: f64 = 1e-4;
-const MOST_FOR_FOLDS: f64 = 1.02;
-/// Rounds of smoothing that these are worth.
-const FEW_PASSES: usize = 8;
 
 /// The best that was found so far.
 struct Best {
@@ -114,7 +108,7 @@ pub(super) fn close(
             }
             Some(radius_mm) => {
                 unsoftened = unsoftened.min(relative_rms(&look(&surface).irradiance, &cells));
-                let softened = soften(surface, bench, radius_mm, PASSES);
+                let softened = soften(surface, bench, radius_mm);
                 flaws.softened = Some(report::Softening { radius_mm, violations: softened.violations });
                 let seen = look(&softened.surface);
                 (softened.surface, seen)
@@ -149,7 +143,7 @@ pub(super) fn close(
         }
         progress.advance(round + 1);
     }
-    let Some(mut best) = best else {
+    let Some(best) = best else {
         return Err(SolveError::Failed {
             solver: NAME,
             nx: nodes.0,
@@ -157,19 +151,6 @@ pub(super) fn close(
             why: "the light of the surface is not a number".into(),
         });
     };
-    if best.seen.folded > 0.0
-        && best.seen.folded < FEW_FOLDS
-        && options.finish.is_none()
-        && options.min_radius_mm.is_none()
-    {
-        // A handful of beams between sharp edges: to smooth them away costs next to nothing.
-        let smooth = soften(best.surface.clone(), bench, 0.0, FEW_PASSES);
-        let seen = look(&smooth.surface, bench, options.beams(), (cells.nx(), cells.ny()));
-        let error = relative_rms(&seen.irradiance, &cells);
-        if smooth.violations == 0 && error <= MOST_FOR_FOLDS * best.error {
-            (best.surface, best.seen, best.error) = (smooth.surface, seen, error);
-        }
-    }
     let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
     report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);
     Ok((best.surface, best.seen.irradiance))

@@ -11,8 +11,8 @@ use crate::{
 };
 use rayon::prelude::*;
 
-/// Rounds of diffusion that soften any crease; it widens with the root of their number.
-pub(super) const PASSES: usize = 120;
+/// Most rounds of diffusion; a crease widens with the root of their number.
+const PASSES: usize = 120;
 /// Steps of diffusion in a round.
 const STEPS: usize = 4;
 /// How far around a broken node the face diffuses, in nodes.
@@ -26,9 +26,9 @@ pub(super) struct Softened {
 }
 
 /// Softens a face until every radius of curvature at its nodes is at least `radius_mm` and none of the beams between half-node
-/// steps is folded, in `passes` rounds at most.
-pub(super) fn soften(mut surface: HeightField, bench: &Bench, radius_mm: f64, passes: usize) -> Softened {
-    for _ in 0..passes {
+/// steps is folded.
+pub(super) fn soften(mut surface: HeightField, bench: &Bench, radius_mm: f64) -> Softened {
+    for _ in 0..PASSES {
         let mask = violations(&surface, bench, radius_mm);
         let count = mask.as_slice().iter().filter(|&&v| v).count();
         if count == 0 {
@@ -134,7 +134,7 @@ mod tests {
         );
         let broken = |surface: &HeightField| violations(surface, &bench, 4.0).as_slice().iter().filter(|&&v| v).count();
         assert!(broken(&crease) > 80);
-        let softened = soften(crease.clone(), &bench, 4.0, PASSES);
+        let softened = soften(crease.clone(), &bench, 4.0);
         assert_eq!((softened.violations, broken(&softened.surface)), (0, 0));
         let change = |i: usize, j: usize| {
             let at = |surface: &HeightField, i, j| surface.heights_mm()[(i, j)];
