@@ -63,6 +63,18 @@ impl Ledger<'_> {
         Ok(())
     }
 
+    /// Several at a time, in their order.
+    fn book_all(&mut self, seen: Vec<(String, Image)>) -> Result<(), Failure> {
+        let book = |(name, image): (String, Image)| {
+            let mut ledger = Ledger { examiner: self.examiner, truth: self.truth, steps: Vec::new() };
+            ledger.book(name, image)?;
+            Ok(ledger.steps)
+        };
+        let booked: Vec<Vec<Step>> = seen.into_par_iter().map(book).collect::<Result<_, Failure>>()?;
+        self.steps.extend(booked.into_iter().flatten());
+        Ok(())
+    }
+
     fn look(&mut self, name: &str, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<(), Failure> {
         let image = self.examiner.look(subject, surface, geometry)?.image;
         self.book(name, image)
@@ -91,10 +103,18 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    pub(crate) fn of(block: &pipeline::Block, bench: &Bench, examiner: &Examiner) -> Result<Self, Failure> {
-        let spline = SurfaceSpline::through(&block.surface);
-        let displaced = forward::Geometry::Displaced;
-        let own = forward::irradiance(&spline, bench, displaced, examiner.beams(), examiner.pixels());
+    /// `own` is the light that the solver saw last, if it is that of this very face; otherwise it is cast again.
+    pub(crate) fn of(
+        block: &pipeline::Block,
+        bench: &Bench,
+        own: Option<&Field<f64>>,
+        examiner: &Examiner,
+    ) -> Result<Self, Failure> {
+        let own = own.filter(|light| (light.nx(), light.ny()) == examiner.pixels()).cloned().unwrap_or_else(|| {
+            let spline = SurfaceSpline::through(&block.surface);
+            let displaced = forward::Geometry::Displaced;
+            forward::irradiance(&spline, bench, displaced, examiner.beams(), examiner.pixels()).irradiance
+        });
         let exact = match block.solid.rim_z_mm() {
             _ if block.solid.contour().is_some() => {
                 Subject::of(mesh_of(&block.solid, None), Path::new("the height field"))?
@@ -107,7 +127,7 @@ impl Exact {
         };
         let look = |geometry| examiner.look(&exact, Surface::Spline, geometry).map(|seen| seen.image);
         Ok(Self {
-            own: judge::image_of(&own.irradiance),
+            own: judge::image_of(&own),
             plane: look(Geometry::NormalMappedPlane)?,
             displaced: look(Geometry::Displaced)?,
         })
@@ -127,14 +147,15 @@ pub(crate) fn of_design(
     let _span = tracing::info_span!("error budget").entered();
     let (block, bench) = design;
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
-    ledger.book("the solver's own map", exact.own)?;
-    ledger.book("height field, on the normal-mapped plane", exact.plane)?;
-    ledger.book("height field, on the displaced surface", exact.displaced)?;
     let name = file_name(&judged.path);
-    ledger.book(format!("{name} read back, its smooth surface"), judgement.caustic.clone())?;
-    for ((view, ..), image) in VIEWS[1..].iter().zip(seen) {
-        ledger.book(*view, image)?;
-    }
+    let mut all = vec![
+        ("the solver's own map".to_owned(), exact.own),
+        ("height field, on the normal-mapped plane".to_owned(), exact.plane),
+        ("height field, on the displaced surface".to_owned(), exact.displaced),
+        (format!("{name} read back, its smooth surface"), judgement.caustic.clone()),
+    ];
+    all.extend(VIEWS[1..].iter().zip(seen).map(|((view, ..), image)| ((*view).to_owned(), image)));
+    ledger.book_all(all)?;
     for (path, other) in others {
         let other_name = file_name(path);
         if other.triangles == judged.mesh.triangles && other.vertices == judged.mesh.vertices {

@@ -64,7 +64,9 @@ impl Opinion {
             Ok((judgement?, views?, judged))
         };
         // Reading takes its time, on one core.
-        let exact = || budget::Exact::of(block, &plan.bench, &examiner);
+        // What the solver saw after a finish is not the light of the face as it is.
+        let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
+        let exact = || budget::Exact::of(block, &plan.bench, own, &examiner);
         let (first, (exact, others)) =
             rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
         let ((judgement, views, first), exact, others) = (first?, exact?, others?);
