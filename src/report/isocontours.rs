@@ -64,6 +64,7 @@ fn rounded(mm: f64) -> f64 {
 }
 
 /// The lines without a sheet or a caption.
+#[cfg(feature = "cli")]
 pub(super) fn plain(surface: &HeightField, longest_px: u32) -> GrayImage {
     drawing(surface, contour_interval_mm(surface), longest_px)
 }
