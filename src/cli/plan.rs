@@ -29,6 +29,8 @@ const NOMINAL_MM: f64 = 10.0;
 /// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
 const DRAFT_NODES: usize = 129;
 const DRAFT_MM: f64 = 0.1;
+/// Most skirts that are tried.
+const SKIRTS: usize = 6;
 /// Most of the picture's light that may be lost at the side walls.
 const MOST_VIGNETTED: f64 = 0.1;
 
@@ -119,23 +121,30 @@ impl Plan {
         if straight || self.settings.is_mirror() {
             return Ok(());
         }
-        let surface = self.draft(aspect)?;
+        // Its skirt is as long in nodes as that of the face.
+        let surface = self.draft(aspect)?.resampled(self.nodes.0, self.nodes.1);
         // The draft's relief is not quite that of the face.
         let stock = match self.settings.thickness {
             Some(_) => self.stock,
             None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
         };
-        let solid = Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;
-        let thickness_mm = -solid.entry_z_mm();
-        self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
-        self.bench = bench_of(&self.settings, aspect, thickness_mm)?;
-        let overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
-        self.shape.skirt_mm = match self.settings.skirt {
-            Some(skirt) => skirt.mm,
+        let mut overshoot_mm = 0.0;
+        // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker sheet asks for more of a skirt.
+        for _ in 0..SKIRTS {
+            let solid =
+                Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;
+            let thickness_mm = -solid.entry_z_mm();
+            self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
+            self.bench = bench_of(&self.settings, aspect, thickness_mm)?;
+            overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
             // Round blocks have no skirt: what of their light would come through the wall is missing.
-            None if overshoot_mm > 0.0 && self.bench.contour().is_rectangle() => overshoot_mm + DRAFT_MM,
-            None => 0.0,
-        };
+            let enough = overshoot_mm <= self.shape.skirt_mm || !self.bench.contour().is_rectangle();
+            if enough || self.settings.skirt.is_some() {
+                break;
+            }
+            self.shape.skirt_mm = overshoot_mm + DRAFT_MM;
+            self.shape.check(self.bench.block()).map_err(|e| Failure::refused(DesignError::from(e)))?;
+        }
         let missing_mm = overshoot_mm - self.shape.skirt_mm;
         if missing_mm > 1e-6 {
             let share = missing_mm / self.bench.block().as_vec().min_element();
@@ -153,7 +162,7 @@ impl Plan {
             }
             self.warnings.push(what);
         }
-        self.shape.check(self.bench.block()).map_err(|e| Failure::refused(DesignError::from(e)))
+        Ok(())
     }
 
     /// Solves for the block.
