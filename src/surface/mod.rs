@@ -82,10 +82,18 @@ impl HeightField {
         let along_x = Field::from_vec(nx + 2 * cx, ny, along_x);
         let mut heights = Field::filled(nx + 2 * cx, ny + 2 * cy, 0.0);
         let mut line = vec![0.0; ny + 2 * cy];
-        for i in 0..nx + 2 * cx {
+        for i in cx..cx + nx {
             (0..ny).for_each(|j| line[cy + j] = along_x[(i, j)]);
             go_on(&mut line, cy);
             line.iter().enumerate().for_each(|(j, &z)| heights[(i, j)] = z);
+        }
+        // Beside the columns of the face as its rows go on; in the corners by both ways added up, which no noise is extrapolated twice for.
+        for j in 0..ny + 2 * cy {
+            let row = j.clamp(cy, cy + ny - 1);
+            for i in (0..cx).chain(cx + nx..nx + 2 * cx) {
+                let column = i.clamp(cx, cx + nx - 1);
+                heights[(i, j)] = along_x[(i, row - cy)] + heights[(column, j)] - along_x[(column, row - cy)];
+            }
         }
         let size = self.extent.as_vec() + 2.0 * cells * spacing;
         Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
@@ -207,12 +215,16 @@ mod tests {
                 assert_eq!(new[(i + 2, j + 2)], old[(i, j)]);
             }
         }
-        // A bilinear function is met everywhere.
+        // A bilinear function is met on every side.
         let constant = old[(0, 0)];
         let f = |x: f64, y: f64| constant + 0.1 * x - 0.2 * y + 0.05 * x * y;
         for j in 0..11 {
             for i in 0..13 {
-                assert!((new[(i, j)] - f(i as f64 - 2.0, j as f64 - 2.0)).abs() < 1e-12, "{i}, {j}");
+                let (x, y) = (i as f64 - 2.0, j as f64 - 2.0);
+                // In the corners but for its twist.
+                let (bx, by) = (x.clamp(0.0, 8.0), y.clamp(0.0, 6.0));
+                let wanted = f(x, by) + f(bx, y) - f(bx, by);
+                assert!((new[(i, j)] - wanted).abs() < 1e-12, "{i}, {j}");
             }
         }
         assert_eq!(face.with_skirt(0.0), face);
