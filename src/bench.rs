@@ -284,6 +284,18 @@ impl Bench {
         Ok(self)
     }
 
+    /// The same with the light travelling along `direction` before it meets the block: for glass, which refracts it at the entry face, in
+    /// air. Need not be normalised.
+    ///
+    /// # Errors
+    /// Those of [`with_light_direction`](Self::with_light_direction).
+    pub fn with_light_in_air(self, direction: DVec3) -> Result<Self, BenchError> {
+        let unit = direction.normalize_or_zero();
+        let tangential = unit.truncate() / self.exit_face.ior();
+        let inside = tangential.extend((1.0 - tangential.length_squared()).sqrt().copysign(unit.z));
+        self.with_light_direction(if unit == DVec3::ZERO { direction } else { inside })
+    }
+
     /// The same bench in the light of a point source at `position_mm`: for glass, in front of the entry face, which lies at
     /// `z = -thickness_mm`; for a mirror, in front of the mirror, where the thickness has no meaning and is not looked at.
     ///
@@ -387,6 +399,14 @@ impl Bench {
         self.light
     }
 
+    /// Unit vector along which the light travels before it meets the block; if it comes from a point, that which arrives at the middle of
+    /// the face.
+    pub fn light_in_air(&self) -> DVec3 {
+        let inside = self.light_direction();
+        let tangential = inside.truncate() * self.exit_face.ior();
+        tangential.extend((1.0 - tangential.length_squared()).max(0.0).sqrt().copysign(inside.z))
+    }
+
     /// Unit vector along which the light travels as it arrives at the structured face; if it comes from a point, at the
     /// middle of the face.
     pub fn light_direction(&self) -> DVec3 {
@@ -423,7 +443,13 @@ mod tests {
         }
         let bench = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
         assert!(bench.clone().with_light_direction(DVec3::NEG_Z).is_err());
-        assert!(bench.with_light_direction(DVec3::NAN).is_err());
+        assert!(bench.clone().with_light_direction(DVec3::NAN).is_err());
+        assert!(bench.clone().with_light_in_air(DVec3::NEG_Z).is_err());
+        assert!(bench.clone().with_light_in_air(DVec3::NAN).is_err());
+        let air = DVec3::new(0.3, -0.4, 0.75f64.sqrt());
+        let bench = bench.with_light_in_air(2.0 * air).unwrap();
+        assert!((bench.light_direction().truncate() - air.truncate() / 1.5).length() < 1e-15);
+        assert!((bench.light_in_air() - air).length() < 1e-15);
     }
 
     #[test]

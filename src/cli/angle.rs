@@ -1,4 +1,5 @@
-use serde::{Deserialize, Deserializer, de};
+use super::quantity::number_or_text;
+use serde::{Deserialize, Deserializer};
 use std::{fmt, str::FromStr};
 
 /// An angle as a person writes it: `30deg`, `0.5rad`, `8mrad`, `16arcmin`; a bare number is degrees.
@@ -76,23 +77,11 @@ impl fmt::Display for Inclination {
 
 impl<'de> Deserialize<'de> for Inclination {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = Inclination;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an angle such as \"30deg\", with a side \"30deg,90deg\", or a number of degrees")
-            }
-            fn visit_f64<E: de::Error>(self, deg: f64) -> Result<Inclination, E> {
-                Ok(Inclination { by: Angle { deg }, side: Angle { deg: 0.0 } })
-            }
-            fn visit_i64<E: de::Error>(self, deg: i64) -> Result<Inclination, E> {
-                self.visit_f64(deg as f64)
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Inclination, E> {
-                text.parse().map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
+        number_or_text(
+            deserializer,
+            "an angle such as \"30deg\", with a side \"30deg,90deg\", or a number of degrees",
+            |deg| Ok(Self { by: Angle { deg }, side: Angle { deg: 0.0 } }),
+        )
     }
 }
 

@@ -102,10 +102,9 @@ fn lit(bench: Bench, settings: &Settings, thickness_mm: f64) -> Result<Bench, Fa
     let sense = if settings.is_mirror() { -1.0 } else { 1.0 };
     let bench = match settings.light() {
         LightName::Parallel => {
-            let ior = bench.exit_face().ior();
-            let tangential = towards * (-sin / ior);
-            let direction = tangential.extend(sense * (1.0 - tangential.length_squared()).sqrt());
-            bench.with_light_direction(direction).map_err(Failure::refused)?
+            // `+ 0.0` turns a negative zero into a positive one.
+            let across = towards * -sin + 0.0;
+            bench.with_light_in_air(across.extend(sense * cos)).map_err(Failure::refused)?
         }
         LightName::Point => {
             let away_mm = settings.source_distance.map_or(SOURCE_MM, |length| length.mm);

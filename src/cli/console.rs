@@ -78,11 +78,14 @@ pub(crate) fn coloured(text: &str, colour: AnsiColor) -> String {
     format!("{style}{text}{style:#}")
 }
 
-/// Warns.
+/// Warns; of the same thing once, however often it is met.
 pub(crate) fn warn(text: impl fmt::Display) {
     let text = text.to_string();
-    let _ = writeln!(anstream::stderr(), "{}: {text}", coloured("warning", AnsiColor::Yellow));
-    WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).push(text);
+    let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
+    if !warnings.contains(&text) {
+        let _ = writeln!(anstream::stderr(), "{}: {text}", coloured("warning", AnsiColor::Yellow));
+        warnings.push(text);
+    }
 }
 
 /// Tells that a signal has ended the run.

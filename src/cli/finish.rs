@@ -7,13 +7,13 @@ use super::{
     judge::{Examiner, Subject, demand_rectangle},
     length::Length,
     mill::{mill, polished},
+    quantity::read_as_text,
     workpiece::{View, look, look_at_scallops, surface_of},
 };
 use glasswarp::{
     fabricate::{Cutter, Pass},
     surface::Polish,
 };
-use serde::{Deserialize, Deserializer, de};
 use std::{fmt, str::FromStr};
 
 /// `polish=0.1mm`, or `polish=0.1mm,cutter=ball:3mm,step-over=0.1mm,gain=6`.
@@ -23,6 +23,8 @@ pub(crate) struct FinishPlan {
     pub(crate) cutter: Option<Cutter>,
     pub(crate) step_over_mm: Option<f64>,
 }
+
+read_as_text!(FinishPlan);
 
 /// The light of a block after its finish.
 pub(crate) struct Finished {
@@ -142,12 +144,6 @@ impl fmt::Display for FinishPlan {
         let step_over = self.step_over_mm.map(|mm| format!("step-over={mm}mm"));
         let parts: Vec<String> = [polish, cutter, step_over].into_iter().flatten().collect();
         f.write_str(&parts.join(","))
-    }
-}
-
-impl<'de> Deserialize<'de> for FinishPlan {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
     }
 }
 

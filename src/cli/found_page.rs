@@ -1,20 +1,21 @@
 //! The report of a block that was found in a file: as it is, or after it was worked on in simulation.
 
 use super::{
+    bench::exit_face_of,
     error::Failure,
     page::{bench_facts, command, error_highlight, face_rows, file_record, highlight, mm, program, row},
     side_file::SideFile,
 };
 use glam::{DVec2, DVec3};
 use glasswarp::{
-    bench::{Bench, ExitFace},
+    bench::Bench,
     fabricate::Shape,
     grid::{Extent, Field},
     light::Intensity,
     report::{self, Cost, Exposure, Facts, Highlight, Model, Page, View},
     surface::HeightField,
 };
-use glasswarp_verify::{Light, Optics, Scene, metrics::Metrics};
+use glasswarp_verify::{Light, Scene, metrics::Metrics};
 use std::path::Path;
 
 /// What is said of a block from a file.
@@ -112,24 +113,15 @@ impl FoundPage<'_> {
     /// The bench of the scene in which the block was looked at.
     fn bench(&self) -> Result<Bench, Failure> {
         let scene = self.scene;
-        let exit_face = match scene.optics {
-            Optics::Refracts { ior } => ExitFace::Refracts { ior },
-            Optics::Reflects => ExitFace::Reflects,
-        };
         let face = self.surface.extent();
         let lit = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
         let build = || {
-            let mut bench = Bench::new(lit, scene.distance_mm, exit_face)?;
+            let mut bench = Bench::new(lit, scene.distance_mm, exit_face_of(scene))?;
             if scene.receiver_turned != DVec3::ZERO {
                 bench = bench.with_receiver_turned(scene.receiver_turned)?;
             }
             bench = match &scene.light {
-                Light::Parallel { direction } => {
-                    let unit = direction.normalize();
-                    let tangential = unit.truncate() / exit_face.ior();
-                    let axial = (1.0 - tangential.length_squared()).max(0.0).sqrt().copysign(unit.z);
-                    bench.with_light_direction(tangential.extend(axial))?
-                }
+                Light::Parallel { direction } => bench.with_light_in_air(*direction)?,
                 Light::Point { position_mm, .. } => {
                     bench.with_point_source(*position_mm, -self.entry_z_mm, Intensity::Isotropic)?
                 }

@@ -10,6 +10,7 @@ use super::{
     judge::{self, Examiner, Subject},
     length::Length,
     progress::TerminalProgress,
+    quantity::read_as_text,
     settings::{Settings, SolverName, name_of},
     side_file::SideFile,
 };
@@ -25,12 +26,13 @@ use glasswarp::{
     },
 };
 use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
-use serde::{Deserialize, Deserializer, de};
+use serde::Deserialize;
 use std::{fmt, path::PathBuf, str::FromStr, sync::Arc};
 
+read_as_text!(SourceName, Roughness, SpeckFile);
+
 /// The size of the source: `sun`, `0.53deg`, `5mm` or `5x3mm`.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum SourceName {
     /// A disc far away, by its angular diameter.
     Angle(Angle),
@@ -63,14 +65,6 @@ impl FromStr for SourceName {
                 "'{text}' is no size of a source; write sun, 0.53deg (parallel light), 5mm or 5x3mm (a point source)"
             )
         })
-    }
-}
-
-impl TryFrom<String> for SourceName {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 
@@ -122,15 +116,8 @@ impl FromStr for Roughness {
     }
 }
 
-impl<'de> Deserialize<'de> for Roughness {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
-    }
-}
-
 /// A picture of a speck of light, and the size of its pixels: `speck.png,0.05mm`.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SpeckFile {
     pub(crate) path: PathBuf,
     pub(crate) pixel: Length,
@@ -144,14 +131,6 @@ impl FromStr for SpeckFile {
             .rsplit_once(',')
             .ok_or_else(|| format!("'{text}' lacks the size of a pixel on the receiver; write speck.png,0.05mm"))?;
         Ok(Self { path: path.into(), pixel: pixel.parse()? })
-    }
-}
-
-impl TryFrom<String> for SpeckFile {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 

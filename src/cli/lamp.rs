@@ -1,6 +1,6 @@
 //! Where light comes from, as a person says it.
 
-use super::{angle::Angle, console, error::Failure};
+use super::{angle::Angle, console, error::Failure, quantity::read_as_text};
 use clap::ValueEnum;
 use glasswarp::light::Photometry;
 use serde::Deserialize;
@@ -20,9 +20,10 @@ pub(crate) enum LightName {
     Point,
 }
 
+read_as_text!(Emission);
+
 /// How a lamp shines: its flux per solid angle by the angle to its axis, which points at the middle of the block.
-#[derive(Clone, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Emission {
     /// The same in every direction.
     Isotropic,
@@ -48,14 +49,6 @@ impl FromStr for Emission {
                 "'{text}' is no emission; write isotropic, lambertian, gaussian:12deg, or a file's name with .ies"
             )),
         }
-    }
-}
-
-impl TryFrom<String> for Emission {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 

@@ -1,4 +1,5 @@
-use serde::{Deserialize, Deserializer, de};
+use super::quantity::number_or_text;
+use serde::{Deserialize, Deserializer};
 use std::{fmt, str::FromStr};
 
 /// A length as a person writes it: `250mm`, `25cm`, `0.25m`, `9.8in`; a bare number is millimetres.
@@ -38,23 +39,11 @@ impl fmt::Display for Length {
 
 impl<'de> Deserialize<'de> for Length {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = Length;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a length such as \"100mm\", \"10cm\", \"4in\", or a number of millimetres")
-            }
-            fn visit_f64<E: de::Error>(self, mm: f64) -> Result<Length, E> {
-                Ok(Length { mm })
-            }
-            fn visit_i64<E: de::Error>(self, mm: i64) -> Result<Length, E> {
-                Ok(Length { mm: mm as f64 })
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Length, E> {
-                text.parse().map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
+        number_or_text(
+            deserializer,
+            "a length such as \"100mm\", \"10cm\", \"4in\", or a number of millimetres",
+            |mm| Ok(Self { mm }),
+        )
     }
 }
 

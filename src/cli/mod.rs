@@ -30,6 +30,7 @@ mod plan;
 mod presets;
 mod preview;
 mod progress;
+mod quantity;
 mod settings;
 mod shards;
 mod side_file;

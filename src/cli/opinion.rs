@@ -54,7 +54,8 @@ impl Opinion {
         let judged = stl.unwrap_or(&outputs[0]);
         // The bench as the side file gives it, which is what a stranger would have.
         let side = SideFile::read(&side_file::path_beside(judged))?;
-        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&plan.target), PIXELS);
+        let scene = scene_of(&side.bench, &side.design)?;
+        let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
         let judge = || {
             let judged = Judged::read(judged, side.origin_of(judged))?;
             let (judgement, views) = rayon::join(
@@ -63,10 +64,10 @@ impl Opinion {
             );
             Ok((judgement?, views?, judged))
         };
-        // Reading takes its time, on one core.
         // What the solver saw after a finish is not the light of the face as it is.
         let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
         let exact = || budget::Exact::of(block, &plan.bench, own, &examiner);
+        // Reading takes its time, on one core.
         let (first, (exact, others)) =
             rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
         let ((judgement, views, first), exact, others) = (first?, exact?, others?);
@@ -77,7 +78,6 @@ impl Opinion {
         progress.advance(2);
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
-        let scene = scene_of(&side.bench, &side.design)?;
         let plan_of_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
         let seen = Seen::of(&first.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
         Ok(Self { judgement, steps, wanted, finished, seen })

@@ -18,6 +18,7 @@ use glasswarp::{
     materials,
     pipeline::Block,
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Model, Page, View},
+    solid::Solid,
     target::to_picture_order,
 };
 use glasswarp_verify::metrics::Metrics;
@@ -179,6 +180,19 @@ fn material(bench: &Bench, named: Option<&str>) -> String {
     }
 }
 
+/// A designed block to turn and zoom.
+pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape) -> Model<'a> {
+    Model {
+        surface: solid.surface(),
+        entry_z_mm: solid.entry_z_mm(),
+        outline: solid.shape().outline(solid.extent()),
+        rim_z_mm: solid.rim_z_mm(),
+        bench,
+        slope: shape.slope(),
+        hollow_per_mm: shape.hollow_per_mm(),
+    }
+}
+
 /// What the verifier found.
 pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
     let caustic = &judgement.caustic;
@@ -303,15 +317,7 @@ impl DesignPage<'_> {
             ),
             warnings,
             highlights: self.highlights(),
-            model: Model {
-                surface: solid.surface(),
-                entry_z_mm: solid.entry_z_mm(),
-                outline: solid.shape().outline(solid.extent()),
-                rim_z_mm: solid.rim_z_mm(),
-                bench,
-                slope: shape.slope(),
-                hollow_per_mm: shape.hollow_per_mm(),
-            },
+            model: model(solid, bench, &shape),
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
             difference: Some(difference_view(&wanted, &light, exposure)),

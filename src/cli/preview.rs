@@ -18,7 +18,7 @@ use glasswarp::{
     export,
     fabricate::Shape,
     pipeline::Block,
-    report::{self, Exposure, Facts, Model, Page},
+    report::{self, Exposure, Facts, Page},
 };
 use std::path::{Path, PathBuf};
 
@@ -133,15 +133,7 @@ impl Preview<'_> {
                     "of glass that is left".into(),
                 ),
             ],
-            model: Model {
-                surface: solid.surface(),
-                entry_z_mm: solid.entry_z_mm(),
-                outline: solid.shape().outline(solid.extent()),
-                rim_z_mm: solid.rim_z_mm(),
-                bench,
-                slope: shape.slope(),
-                hollow_per_mm: shape.hollow_per_mm(),
-            },
+            model: page::model(solid, bench, &shape),
             target: Some(page::target_view(&wanted, exposure)),
             caustic: page::light_view(
                 "Light of the draft",

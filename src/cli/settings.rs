@@ -6,6 +6,7 @@ use super::{
     lamp::{Emission, LightName},
     length::Length,
     presets::PresetName,
+    quantity::read_as_text,
     toml_file,
     white::Wavelength,
 };
@@ -199,6 +200,8 @@ pub(crate) struct Settings {
     pub(crate) finish: Option<FinishPlan>,
 }
 
+read_as_text!(VignetteName, OutlineName, RimSize, Shift);
+
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub(crate) enum TransferName {
@@ -218,8 +221,7 @@ impl From<TransferName> for Transfer {
 }
 
 /// A vignette as a person writes it.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct VignetteName(pub(crate) Vignette);
 
 impl FromStr for VignetteName {
@@ -237,14 +239,6 @@ impl FromStr for VignetteName {
     }
 }
 
-impl TryFrom<String> for VignetteName {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
 impl std::fmt::Display for VignetteName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.0 {
@@ -255,8 +249,7 @@ impl std::fmt::Display for VignetteName {
 }
 
 /// An outline as a person writes it.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct OutlineName(pub(crate) Outline);
 
 impl FromStr for OutlineName {
@@ -272,14 +265,6 @@ impl FromStr for OutlineName {
     }
 }
 
-impl TryFrom<String> for OutlineName {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
 impl std::fmt::Display for OutlineName {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.0 {
@@ -291,8 +276,7 @@ impl std::fmt::Display for OutlineName {
 }
 
 /// Width and height of a rim.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RimSize {
     pub(crate) width: Length,
     pub(crate) rise: Length,
@@ -309,17 +293,8 @@ impl FromStr for RimSize {
     }
 }
 
-impl TryFrom<String> for RimSize {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
-    }
-}
-
 /// How far a picture is moved on the receiver, as seen from the block.
-#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq)]
-#[serde(try_from = "String")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Shift {
     pub(crate) right: Length,
     pub(crate) up: Length,
@@ -333,14 +308,6 @@ impl FromStr for Shift {
             format!("'{text}' is no shift; write how far to the right and up, as 25mm,0mm or -10mm,5mm")
         })?;
         Ok(Self { right: right.parse()?, up: up.parse()? })
-    }
-}
-
-impl TryFrom<String> for Shift {
-    type Error = String;
-
-    fn try_from(text: String) -> Result<Self, String> {
-        text.parse()
     }
 }
 

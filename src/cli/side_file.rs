@@ -58,11 +58,8 @@ pub(crate) struct BenchRecord {
 impl BenchRecord {
     /// The bench alone.
     pub(crate) fn of(bench: &Bench) -> Self {
-        let incident = bench.light_direction();
-        let tangential = incident.truncate() * bench.exit_face().ior();
-        let direction = tangential.extend((1.0 - tangential.length_squared()).sqrt().copysign(incident.z));
         let (light_direction, source_mm) = match bench.light() {
-            Light::Parallel { .. } => (direction, None),
+            Light::Parallel { .. } => (bench.light_in_air(), None),
             Light::Point { position_mm, thickness_mm, .. } => {
                 let middle_z = if bench.exit_face() == ExitFace::Reflects { 0.0 } else { -thickness_mm };
                 ((DVec3::Z * middle_z - position_mm).normalize(), Some(position_mm.to_array()))

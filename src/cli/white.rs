@@ -1,13 +1,15 @@
 //! White light: the wavelength that a block is designed for, and what becomes of the others.
 
-use super::{console::say, error::Failure, judge::Subject, settings::Settings, verify::IrradianceFile};
+use super::{
+    console::say, error::Failure, judge::Subject, quantity::number_or_text, settings::Settings, verify::IrradianceFile,
+};
 use glasswarp::materials::{self, D_LINE_NM, Material};
 use glasswarp_verify::{
     Scene,
     dispersion::{Dispersed, Fringing, LINES_NM, disperse},
     picture,
 };
-use serde::{Deserialize, Deserializer, de};
+use serde::{Deserialize, Deserializer};
 use std::{fmt, path::Path, str::FromStr};
 
 /// A wavelength as a person writes it: `532nm`; a bare number is nanometres.
@@ -43,23 +45,9 @@ impl fmt::Display for Wavelength {
 
 impl<'de> Deserialize<'de> for Wavelength {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor;
-        impl de::Visitor<'_> for Visitor {
-            type Value = Wavelength;
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a wavelength such as \"532nm\", or a number of nanometres")
-            }
-            fn visit_f64<E: de::Error>(self, nm: f64) -> Result<Wavelength, E> {
-                nm.to_string().parse().map_err(E::custom)
-            }
-            fn visit_i64<E: de::Error>(self, nm: i64) -> Result<Wavelength, E> {
-                self.visit_f64(nm as f64)
-            }
-            fn visit_str<E: de::Error>(self, text: &str) -> Result<Wavelength, E> {
-                text.parse().map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor)
+        number_or_text(deserializer, "a wavelength such as \"532nm\", or a number of nanometres", |nm| {
+            nm.to_string().parse()
+        })
     }
 }
 

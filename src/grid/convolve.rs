@@ -1,6 +1,6 @@
 //! Convolution of fields with a kernel, by Fourier transforms.
 
-use super::Field;
+use super::{Field, dct::transpose};
 use rayon::prelude::*;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex64};
@@ -172,21 +172,6 @@ fn quick_length(n: usize) -> usize {
         n == 1
     };
     (n.div_ceil(2)..).map(|k| 2 * k).find(|&k| is_quick(k)).unwrap_or(n)
-}
-
-/// Writes the transpose of `ny` rows of `nx` values.
-fn transpose(from: &[Complex64], to: &mut [Complex64], nx: usize, ny: usize) {
-    const TILE: usize = 16;
-    to.par_chunks_mut(ny * TILE).enumerate().for_each(|(band, columns)| {
-        for j0 in (0..ny).step_by(TILE) {
-            for (di, column) in columns.chunks_mut(ny).enumerate() {
-                let i = band * TILE + di;
-                for j in j0..(j0 + TILE).min(ny) {
-                    column[j] = from[j * nx + i];
-                }
-            }
-        }
-    });
 }
 
 #[cfg(test)]

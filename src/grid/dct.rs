@@ -144,7 +144,7 @@ fn even_rows(fft: &dyn Fft<f64>, rows: &mut [f64], len: usize) {
 }
 
 /// Writes the transpose of `ny` rows of `nx` values.
-fn transpose(from: &[f64], to: &mut [f64], nx: usize, ny: usize) {
+pub(super) fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], nx: usize, ny: usize) {
     const TILE: usize = 32;
     to.par_chunks_mut(ny * TILE).enumerate().for_each(|(band, columns)| {
         for j0 in (0..ny).step_by(TILE) {

@@ -79,8 +79,8 @@ impl Equation<'_> {
             0.0
         });
         if !self.contour.is_rectangle() {
-            for (k, (sides, ends)) in CORNERS.into_iter().enumerate() {
-                let (i, j) = corner_node(ends, sides, self.grid.cells);
+            for (k, (sides, _)) in CORNERS.into_iter().enumerate() {
+                let (i, j) = corner_node(sides, self.grid.cells);
                 let (jet, y) = (state.spline.node_jet(i, j), self.grid.node(i, j));
                 rows.corners[k] = self.path.ray(y, jet.value, jet.slope).map(|ray| {
                     let normal = self.contour.level(self.path.lens_point(y, &ray)).normal;
@@ -117,7 +117,7 @@ impl Equation<'_> {
     fn fit_corners(&self, state: &mut State) -> f64 {
         let mut worst = 0.0_f64;
         for (sides, ends) in CORNERS {
-            let (i, j) = corner_node(ends, sides, self.grid.cells);
+            let (i, j) = corner_node(sides, self.grid.cells);
             let (value, y) = (state.spline.node_jet(i, j).value, self.grid.node(i, j));
             let mut slope = continued(&state.slopes, sides, ends);
             let before = ends_of(&state.slopes, sides, ends);
@@ -167,7 +167,7 @@ impl BorderRows {
             }
             for (corner, (sides, ends)) in self.corners.iter().zip(CORNERS) {
                 let Some((normal, d)) = corner else { continue };
-                let (i, j) = corner_node(ends, sides, cells);
+                let (i, j) = corner_node(sides, cells);
                 let along = continued(slopes, sides, ends);
                 let by_slope = DVec2::new(d[1], d[2]);
                 let off = d[0] * spline.node_jet(i, j).value + by_slope.dot(along);
@@ -188,7 +188,7 @@ fn border_node(side: usize, k: usize, (mx, my): (usize, usize)) -> (usize, usize
 }
 
 /// The node of a corner. The side across x tells its column, the one across y its row.
-fn corner_node(_ends: [bool; 2], [across_x, across_y]: [usize; 2], (mx, my): (usize, usize)) -> (usize, usize) {
+fn corner_node([across_x, across_y]: [usize; 2], (mx, my): (usize, usize)) -> (usize, usize) {
     (if across_x == 0 { 0 } else { mx }, if across_y == 2 { 0 } else { my })
 }
 

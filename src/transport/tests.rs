@@ -237,6 +237,15 @@ fn beam(bench: Bench) -> Bench {
     bench.with_profile(profile)
 }
 
+/// Solves for a block that must draw the target to within this relative error.
+fn drawn(name: &str, target: &TargetIrradiance, bench: &Bench, limit: f64) -> Solution {
+    let solution = Transport::default().solve(target, bench, (101, 81), &Silent).unwrap();
+    let error = error(&solution, target, bench);
+    println!("{name}: {error:.4} {:?}", solution.summary.warnings);
+    assert!(error < limit, "{name}: {error}");
+    solution
+}
+
 #[test]
 fn every_bench_draws_the_picture() {
     let glass = bench(50.0, 40.0, 120.0, GLASS);
@@ -304,10 +313,7 @@ fn every_bench_draws_the_picture() {
     ];
     let target = picture(50, 40, 0.1);
     for (name, bench, limit) in benches {
-        let solution = Transport::default().solve(&target, &bench, (101, 81), &Silent).unwrap();
-        let error = error(&solution, &target, &bench);
-        println!("{name}: {error:.4} {:?}", solution.summary.warnings);
-        assert!(error < limit, "{name}: {error}");
+        let solution = drawn(name, &target, &bench, limit);
         assert!(solution.surface.heights_mm().mean().abs() < 1e-12);
     }
 }
@@ -330,10 +336,7 @@ fn blocks_of_any_outline_draw_the_whole_picture() {
     ];
     let target = picture(50, 40, 0.1);
     for (name, bench, limit) in benches {
-        let solution = Transport::default().solve(&target, &bench, (101, 81), &Silent).unwrap();
-        let error = error(&solution, &target, &bench);
-        println!("{name}: {error:.4} {:?}", solution.summary.warnings);
-        assert!(error < limit, "{name}: {error}");
+        let solution = drawn(name, &target, &bench, limit);
         assert!(solution.summary.levels.iter().all(|level| level.termination == Termination::Converged), "{name}");
         assert_eq!(solution.surface.outline(), bench.outline());
     }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{block, relief, scene};
+use common::{block, every_tracer, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
     Block, End, Fresnel, Geometry, Light, Mesh, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons,
@@ -18,19 +18,6 @@ fn landing(tracer: &Tracer, start: DVec2) -> DVec2 {
         End::Receiver(at) => at,
         other => panic!("{start} ended as {other:?}"),
     }
-}
-
-/// The same solid through every model and both tracers.
-fn every_tracer(mesh: &Mesh, scene: &Scene) -> Vec<(String, Tracer)> {
-    let block = Block::from_mesh(mesh).unwrap();
-    let mut tracers = Vec::new();
-    for surface in [Surface::Spline, Surface::Smooth, Surface::Facets] {
-        let scene = Scene { surface, ..scene.clone() };
-        tracers.push((format!("block, {surface:?}"), Tracer::for_block(&block, &scene).unwrap()));
-    }
-    let scene = Scene { surface: Surface::Facets, ..scene.clone() };
-    tracers.push(("full solid".into(), Tracer::for_solid(mesh, &scene).unwrap()));
-    tracers
 }
 
 /// Points inside of the aperture, and on grid lines and nodes of a 9 x 7 grid.

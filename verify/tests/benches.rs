@@ -2,30 +2,16 @@
 
 mod common;
 
-use common::{block, relief, scene};
+use common::{block, every_tracer, relief, scene};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use glasswarp_verify::{
-    BeamProfile, Block, Emission, End, Flux, Fresnel, Geometry, Image, IntensityTable, Light, Mesh, PhotonPlan, Scene,
+    BeamProfile, Block, Emission, End, Flux, Fresnel, Geometry, Image, IntensityTable, Light, PhotonPlan, Scene,
     SceneError, Surface, Tracer, Window, beams, facet_beams, photons,
 };
 use std::f64::consts::FRAC_PI_2;
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
 const MM: f64 = 1e-9;
-
-fn every_tracer(mesh: &Mesh, scene: &Scene) -> Vec<(String, Tracer)> {
-    let block = Block::from_mesh(mesh).unwrap();
-    let mut tracers = Vec::new();
-    for surface in [Surface::Spline, Surface::Smooth, Surface::Facets] {
-        let scene = Scene { surface, ..scene.clone() };
-        tracers.push((format!("block, {surface:?}"), Tracer::for_block(&block, &scene).unwrap()));
-    }
-    if scene.ior() > 1.0 {
-        let scene = Scene { surface: Surface::Facets, ..scene.clone() };
-        tracers.push(("full solid".into(), Tracer::for_solid(mesh, &scene).unwrap()));
-    }
-    tracers
-}
 
 fn landed(end: End) -> DVec2 {
     match end {

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{Mesh, Scene, Window};
+use glasswarp_verify::{Block, Mesh, Optics, Scene, Surface, Tracer, Window};
 
 /// A closed block: a height field over a regular grid, vertical walls, a fan of triangles as entry face.
 pub(crate) fn block(nx: usize, ny: usize, size: DVec2, entry_z: f64, height: impl Fn(f64, f64) -> f64) -> Mesh {
@@ -75,4 +75,19 @@ pub(crate) fn relief(x: f64, y: f64) -> f64 {
         + wave(-0.11, 0.13, 1.1, 0.08)
         + wave(0.21, 0.17, 2.0, 0.02)
         + wave(-0.4, 0.33, 0.7, 0.004)
+}
+
+/// The same solid through every model and, unless it is a mirror, both tracers.
+pub(crate) fn every_tracer(mesh: &Mesh, scene: &Scene) -> Vec<(String, Tracer)> {
+    let block = Block::from_mesh(mesh).unwrap();
+    let mut tracers = Vec::new();
+    for surface in [Surface::Spline, Surface::Smooth, Surface::Facets] {
+        let scene = Scene { surface, ..scene.clone() };
+        tracers.push((format!("block, {surface:?}"), Tracer::for_block(&block, &scene).unwrap()));
+    }
+    if scene.optics != Optics::Reflects {
+        let scene = Scene { surface: Surface::Facets, ..scene.clone() };
+        tracers.push(("full solid".into(), Tracer::for_solid(mesh, &scene).unwrap()));
+    }
+    tracers
 }
