@@ -106,7 +106,7 @@ impl Opinion {
             ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
             ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
             ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
-            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, plan.bench.distance_mm()))),
+            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, &plan.bench))),
         ];
         if let Some((image, note)) = &finished {
             pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));

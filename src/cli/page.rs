@@ -228,8 +228,9 @@ pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
     Facts { title: "Judgement, from the file as read back".into(), rows }
 }
 
-/// What is suspicious about a judgement.
-pub(crate) fn judgement_warnings(judgement: &Judgement) -> Vec<String> {
+/// What is suspicious about a judgement. `skirt` is the share of the face beyond the part that draws: its light is meant to fall
+/// elsewhere.
+pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if let Some(verdict) = &judgement.verdict {
         let error = verdict.metrics.rel_rms;
@@ -240,7 +241,7 @@ pub(crate) fn judgement_warnings(judgement: &Judgement) -> Vec<String> {
     }
     let flux = &judgement.flux;
     let astray = 1.0 - flux.window;
-    if astray > 0.01 {
+    if astray > skirt + 0.01 {
         warnings.push(format!(
             "{:.1} % of the light does not reach the picture ({:.1} % lands beside it, {:.1} % is totally reflected)",
             100.0 * astray,
@@ -299,13 +300,13 @@ impl DesignPage<'_> {
     pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let (shape, drawing) =
-            rayon::join(|| Shape::of(solid.surface()), || report::dimensioned_drawing(solid, bench.distance_mm()));
+        let (shape, drawing) = rayon::join(|| Shape::of(solid.surface()), || report::dimensioned_drawing(solid, bench));
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
-        warnings.extend(self.opinion.iter().flat_map(|opinion| judgement_warnings(&opinion.judgement)));
-        let (size, thickness) = (bench.block(), mm(solid.thickness_mm()));
+        let skirt = 1.0 - block.surface.extent().area_mm2() / solid.surface().extent().area_mm2();
+        warnings.extend(self.opinion.iter().flat_map(|opinion| judgement_warnings(&opinion.judgement, skirt)));
+        let (size, thickness) = (solid.stock_extent(), mm(solid.thickness_mm()));
         let page = Page {
             title: self.outputs[0].file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             about: format!(

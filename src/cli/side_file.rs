@@ -101,6 +101,12 @@ impl BenchRecord {
         if self.mirror { ExitFace::Reflects } else { ExitFace::Refracts { ior: self.ior } }
     }
 
+    /// The share of the exit face that its skirt is.
+    pub(crate) fn skirt_share(&self) -> f64 {
+        let face = self.face_mm();
+        1.0 - self.width_mm * self.height_mm / (face.x * face.y)
+    }
+
     /// Size of the exit face with its skirt, mm.
     pub(crate) fn face_mm(&self) -> DVec2 {
         DVec2::new(self.width_mm, self.height_mm) + 2.0 * DVec2::from(self.skirt_mm)

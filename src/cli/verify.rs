@@ -323,7 +323,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         IrradianceFile::of(output)?.write(output, image, peak)?;
     }
     if let (Some(path), Subject::Block(found)) = (&report, &subject) {
-        warnings.extend(page::judgement_warnings(&judgement));
+        warnings
+            .extend(page::judgement_warnings(&judgement, side.as_ref().map_or(0.0, |side| side.bench.skirt_share())));
         let transfer = args.transfer.or(side.as_ref().and_then(|side| side.design.transfer)).map(Transfer::from);
         let exposure = Exposure { white: peak / brightest.mean(), transfer: transfer.unwrap_or(Transfer::Srgb) };
         let light = judge::field_of(&judgement.caustic);

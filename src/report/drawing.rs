@@ -1,8 +1,13 @@
 //! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions, its axes and its origin.
 
 use super::ink::{Lettering, line, write, write_from};
-use crate::{grid::Outline, solid::Solid};
-use glam::DVec2;
+use crate::{
+    bench::{Bench, ExitFace},
+    grid::Outline,
+    light::Light,
+    solid::Solid,
+};
+use glam::{DVec2, DVec3};
 use image::{GrayImage, Luma};
 
 /// Longer side of the view from above, pixels.
@@ -21,11 +26,11 @@ const NOTE: Lettering = Lettering { height: 11.0, grey: 20, halo: 0.0 };
 const OUTLINE: (f64, u8) = (1.1, 0);
 const DIMENSION: (f64, u8) = (0.5, 110);
 
-/// Draws a block in the coordinates of its files, mm, with the distance from its mean exit plane to the receiver.
+/// Draws a block in the coordinates of its files, mm, with its light and the way to its receiver.
 ///
 /// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies in the plane `y = 0` of
 /// the bench, with heights stretched as it says.
-pub fn dimensioned_drawing(solid: &Solid, distance_mm: f64) -> GrayImage {
+pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> GrayImage {
     let stock = solid.stock_extent();
     let scale = PLAN / stock.width_mm.max(stock.height_mm);
     let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
@@ -37,9 +42,9 @@ pub fn dimensioned_drawing(solid: &Solid, distance_mm: f64) -> GrayImage {
     let centre = DVec2::new(MARGIN, MARGIN) + 0.5 * size;
     let plan = Plan { solid, scale, centre };
     plan.draw(&mut image);
-    let section = Section { solid, scale, stretch, left: MARGIN, bottom: size.y + 2.0 * MARGIN + tall };
+    let section = Section { solid, bench, scale, stretch, left: MARGIN, bottom: size.y + 2.0 * MARGIN + tall };
     section.draw(&mut image);
-    let notes = notes(solid, distance_mm, stretch);
+    let notes = notes(solid, bench, stretch);
     for (k, note) in notes.iter().enumerate() {
         let at = DVec2::new(size.x + 2.0 * MARGIN, MARGIN + 26.0 * k as f64);
         write_from(&mut image, at, note, NOTE);
@@ -52,7 +57,7 @@ fn mm(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0 + 0.0)
 }
 
-fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
+fn notes(solid: &Solid, bench: &Bench, stretch: f64) -> Vec<String> {
     let (face, stock, origin) = (solid.extent(), solid.stock_extent(), solid.origin_mm());
     let (low, high) = solid.surface().range_mm();
     let z = |of_bench: f64| mm(of_bench - origin.z);
@@ -83,15 +88,43 @@ fn notes(solid: &Solid, distance_mm: f64, stretch: f64) -> Vec<String> {
         Outline::Circle => notes.push("the outline is an ellipse".to_owned()),
         Outline::Rounded { radius_mm } => notes.push(format!("corners rounded, radius {}", mm(radius_mm))),
     }
+    let distance_mm = bench.distance_mm();
     notes.push(format!("receiver at z = {}: {} from the mean exit plane", z(distance_mm), mm(distance_mm)));
+    if bench.receiver().is_turned() {
+        notes.push(format!("  it leans: its normal is {}", vector(bench.receiver().axes().z_axis)));
+    }
+    notes.push(String::new());
+    notes.extend(light_notes(bench, origin));
     notes.extend([
-        String::new(),
-        "light goes along +z, into the flat entry face".to_owned(),
         "seen on the wall from the block's side:".to_owned(),
         "  the picture's left is +x, its top is +y".to_owned(),
         format!("section at the middle, heights {stretch} × enlarged"),
     ]);
     notes
+}
+
+/// Where light comes from, in the coordinates of the files.
+fn light_notes(bench: &Bench, origin: DVec3) -> Vec<String> {
+    let onto = match bench.exit_face() {
+        ExitFace::Refracts { .. } => "into the flat entry face",
+        ExitFace::Reflects => "onto the exit face, which is a mirror",
+    };
+    match bench.light() {
+        Light::Parallel { .. } if bench.light_in_air() == DVec3::Z => vec![format!("light goes along +z, {onto}")],
+        Light::Parallel { .. } => {
+            vec![format!("light goes along {},", vector(bench.light_in_air())), format!("  {onto}")]
+        }
+        Light::Point { position_mm, .. } => {
+            let [x, y, z] = (position_mm - origin).to_array().map(mm);
+            vec![format!("light from the point ({x}, {y}, {z}),"), format!("  {onto}")]
+        }
+    }
+}
+
+/// A direction to four digits.
+fn vector(direction: DVec3) -> String {
+    let [x, y, z] = direction.to_array().map(|v| (v * 1e4).round() / 1e4 + 0.0);
+    format!("({x}, {y}, {z})")
 }
 
 /// The view from above.
@@ -169,6 +202,7 @@ impl Plan<'_> {
 /// The section through the middle of the block.
 struct Section<'a> {
     solid: &'a Solid,
+    bench: &'a Bench,
     scale: f64,
     stretch: f64,
     left: f64,
@@ -206,15 +240,32 @@ impl Section<'_> {
         dimension(image, self.at(-half, top), self.at(-half, entry), DVec2::new(-1.0, 0.0), 60.0, &thickness);
         for k in 0..5 {
             let x = half * (0.4 * f64::from(k) - 0.8);
-            let foot = self.at(x, entry);
-            arrow(image, foot + DVec2::new(0.0, 48.0), foot + DVec2::new(0.0, 8.0), 110);
+            let (z, direction) = self.light_at(x, entry, top);
+            let along = DVec2::new(direction.x, -direction.z).normalize_or(DVec2::NEG_Y);
+            let foot = self.at(x, z);
+            arrow(image, foot - 48.0 * along, foot - 8.0 * along, 110);
         }
-        write(image, self.at(0.0, entry) + DVec2::new(0.0, 66.0), 0.0, "light, z", TEXT);
+        if let ExitFace::Refracts { .. } = self.bench.exit_face() {
+            write(image, self.at(0.0, entry) + DVec2::new(0.0, 66.0), 0.0, "light", TEXT);
+        }
         let origin = self.solid.origin_mm();
         let at = self.at(origin.x, origin.z);
         line(image, at - DVec2::new(9.0, 0.0), at + DVec2::new(9.0, 0.0), 1.2, 0);
         line(image, at - DVec2::new(0.0, 9.0), at + DVec2::new(0.0, 9.0), 1.2, 0);
         write(image, at + DVec2::new(34.0, -16.0), 0.0, "origin", TEXT);
+    }
+
+    /// Where light that comes to `x` is shown to arrive, and along which direction in air.
+    fn light_at(&self, x: f64, entry_z: f64, top_z: f64) -> (f64, DVec3) {
+        let z = match self.bench.exit_face() {
+            ExitFace::Refracts { .. } => entry_z,
+            ExitFace::Reflects => top_z,
+        };
+        let direction = match self.bench.light() {
+            Light::Parallel { .. } => self.bench.light_in_air(),
+            Light::Point { position_mm, .. } => DVec3::new(x, 0.0, z) - position_mm,
+        };
+        (z, direction)
     }
 }
 
@@ -259,9 +310,14 @@ mod tests {
     use super::*;
     use crate::{
         grid::{Extent, Field},
+        light::Intensity,
         solid::{Origin, Rim, Shape, Stock},
         surface::HeightField,
     };
+
+    fn glass() -> Bench {
+        Bench::new(Extent::new(60.0, 40.0), 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap()
+    }
 
     fn solid(shape: Shape) -> Solid {
         let surface = HeightField::new(Extent::new(60.0, 40.0), Field::from_fn(13, 9, |i, j| 0.02 * (i * j) as f64));
@@ -272,7 +328,7 @@ mod tests {
     fn the_notes_name_units_sizes_and_heights_from_the_origin() {
         let rim = Some(Rim { width_mm: 5.0, rise_mm: -4.0, mark_mm: Some(3.0) });
         let solid = solid(Shape { rim, origin: Origin::Corner, ..Shape::default() });
-        let notes = notes(&solid, 250.0, 3.0).join("\n");
+        let notes = notes(&solid, &glass(), 3.0).join("\n");
         let mean = -solid.entry_z_mm();
         for part in [
             "all lengths in mm",
@@ -284,14 +340,33 @@ mod tests {
             "3 cut off the corner",
             &format!("mean exit plane z = {}", mm(mean)),
             &format!("receiver at z = {}", mm(mean + 250.0)),
+            "light goes along +z, into the flat entry face",
         ] {
             assert!(notes.contains(part), "{part} is not in\n{notes}");
         }
     }
 
     #[test]
+    fn the_notes_say_where_light_comes_from_on_any_bench() {
+        let solid = solid(Shape { origin: Origin::Entry, ..Shape::default() });
+        let said = |bench: Bench| notes(&solid, &bench, 3.0).join("\n");
+        let mirror = Bench::new(solid.extent(), 250.0, ExitFace::Reflects).unwrap();
+        let tilted = mirror.with_light_in_air(DVec3::new(0.0, -0.5, -(0.75_f64.sqrt()))).unwrap();
+        let says = said(tilted);
+        assert!(
+            says.contains("light goes along (0, -0.5, -0.866),\n  onto the exit face, which is a mirror"),
+            "{says}"
+        );
+        let entry = solid.entry_z_mm();
+        let lamp = DVec3::new(3.0, 0.0, entry - 100.0);
+        let lit = glass().with_point_source(lamp, -entry, Intensity::Isotropic).unwrap();
+        let says = said(lit.with_receiver_turned(DVec3::new(0.3, 0.0, 0.0)).unwrap());
+        assert!(says.contains("light from the point (3, 0, -100),") && says.contains("it leans"), "{says}");
+    }
+
+    #[test]
     fn the_outline_is_drawn_where_the_block_is() {
-        let image = dimensioned_drawing(&solid(Shape::default()), 250.0);
+        let image = dimensioned_drawing(&solid(Shape::default()), &glass());
         let dark = |x: f64, y: f64| image.get_pixel(x as u32, y as u32).0[0] < 100;
         let (width, height) = (PLAN, PLAN * 40.0 / 60.0);
         // Left, right, upper and lower edge at a quarter of their length, where nothing else is.
