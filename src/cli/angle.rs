@@ -55,7 +55,13 @@ pub(crate) struct Inclination {
 impl Inclination {
     /// The side as a unit vector across the axis: top is +y, right is -x.
     pub(crate) fn towards(self) -> glam::DVec2 {
-        let (sin, cos) = self.side.radians().sin_cos();
+        // Whole quarters to the last digit.
+        let quarters = self.side.deg / 90.0;
+        let (sin, cos) = if quarters.fract() == 0.0 {
+            [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][quarters.rem_euclid(4.0) as usize]
+        } else {
+            self.side.radians().sin_cos()
+        };
         glam::DVec2::new(-sin, cos)
     }
 }
@@ -107,6 +113,7 @@ mod tests {
         let towards = |text: &str| text.parse::<Inclination>().unwrap().towards();
         assert!((towards("10") - glam::DVec2::Y).length() < 1e-15, "top");
         assert!((towards("10deg,90deg") + glam::DVec2::X).length() < 1e-15, "right is -x");
+        assert_eq!(towards("10deg,-90deg"), glam::DVec2::X, "and left +x, to the last digit");
         assert!((towards("10,180") + glam::DVec2::Y).length() < 1e-15, "bottom");
         let text = "12.5deg,270deg".parse::<Inclination>().unwrap().to_string();
         assert_eq!(text.parse::<Inclination>(), "12.5,270".parse());
