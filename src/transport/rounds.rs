@@ -115,6 +115,7 @@ pub(super) fn close(
             }
         };
         let error = relative_rms(&seen.irradiance, &cells);
+        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
         if round == 0 && error > HARD {
             // White on black: creases are what the lens cannot hold, and firm corrections only fold them.
             stage = GENTLE;
