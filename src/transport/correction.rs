@@ -6,7 +6,7 @@
 //! keeps the light that drew it best, and a round that made it worse there is taken back there, and is gentler from then on.
 
 use super::light;
-use crate::grid::Field;
+use crate::grid::{Contour, Field};
 use rayon::prelude::*;
 
 /// Most that a round changes the logarithm of the light.
@@ -16,6 +16,13 @@ const MOST_CHANGE: f64 = 0.5;
 pub(super) const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
 /// The first stage without van Cittert iterations.
 pub(super) const GENTLE: usize = 2;
+
+/// A place whose mean square error stays above this share of what it was goes on to the next stage.
+const STALLED: f64 = 0.94;
+/// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
+/// lens's nodes can hold.
+const SQUEEZED: usize = 20;
+const LAST: u8 = STAGES.len() as u8 - 1;
 
 /// Places are squares of cells that reach so far around each.
 const REACH: usize = 4;
@@ -34,24 +41,35 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// Begins with a first light and what it gave. Both fields on cells have the mean 1.
-    pub(super) fn new(light: Field<f64>, seen: Field<f64>, wanted: &Field<f64>, per_cell: (usize, usize)) -> Self {
+    /// Begins with a first light and what it gave. Both fields on cells have the mean 1. The sharp corners of the window may map to a
+    /// smooth outline of the lens: there the map is squeezed without limit, and no round may be firm.
+    pub(super) fn new(
+        light: Field<f64>,
+        seen: Field<f64>,
+        wanted: &Field<f64>,
+        per_cell: (usize, usize),
+        outline: &Contour,
+    ) -> Self {
         let error = around(&seen, wanted);
-        let later = vec![0; seen.as_slice().len()];
+        let (nx, ny) = (seen.nx(), seen.ny());
+        let from_side = |k: usize, n: usize| k.min(n - 1 - k);
+        let squeezed = |k: usize| !outline.is_rectangle() && from_side(k % nx, nx) + from_side(k / nx, ny) < SQUEEZED;
+        let later = (0..nx * ny).map(|k| if squeezed(k) { LAST } else { 0 }).collect();
         Self { light, seen, error, later, per_cell }
     }
 
-    /// Takes over what another light drew better; returns the root mean square of the error that all places have at their best.
+    /// Takes over what another light drew better.
     pub(super) fn learn(&mut self, light: &Field<f64>, seen: &Field<f64>, wanted: &Field<f64>) {
         let error = around(seen, wanted);
         let mut better = Field::filled(seen.nx(), seen.ny(), 0.0);
         let old = self.error.as_mut_slice().iter_mut().zip(error.as_slice());
         let of_cell = better.as_mut_slice().iter_mut().zip(&mut self.later);
         for ((old, new), (better, later)) in old.zip(of_cell) {
+            if *new > STALLED * *old {
+                *later = later.saturating_add(1);
+            }
             if new <= old {
                 (*old, *better) = (*new, 1.0);
-            } else {
-                *later = later.saturating_add(1);
             }
         }
         let known = self.seen.as_mut_slice().iter_mut().zip(seen.as_slice());

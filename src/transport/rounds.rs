@@ -57,7 +57,7 @@ pub(super) fn close(
     summary: &mut Summary,
 ) -> Result<(HeightField, Field<f64>), SolveError> {
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
-    let mut rounds = options.rounds();
+    let mut rounds = options.rounds(&bench.contour());
     let mut carrier = Carrier::new(bench.contour(), nodes);
     let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
@@ -109,7 +109,10 @@ pub(super) fn close(
         let error = relative_rms(&seen.irradiance, &cells);
         tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
         let correction = match &mut correction {
-            None => correction.insert(Correction::new(light.clone(), seen.irradiance.clone(), &cells, per_cell)),
+            None => {
+                let (light, seen) = (light.clone(), seen.irradiance.clone());
+                correction.insert(Correction::new(light, seen, &cells, per_cell, &bench.contour()))
+            }
             Some(correction) => {
                 correction.learn(&light, &seen.irradiance, &cells);
                 correction
