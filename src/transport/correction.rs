@@ -27,7 +27,7 @@ const FEW_FOLDS: f64 = 1e-5;
 /// How far, as a share, the light goes back to the first one at a fold.
 const BACK: f64 = 0.3;
 /// The light of so many cells around a fold made it.
-const FOLD_REACH: usize = 3;
+const FOLD_REACH: usize = 1;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
 /// lens's nodes can hold.
 const SQUEEZED: usize = 20;
@@ -73,24 +73,30 @@ impl Correction {
         Self { light, seen, error, unfolded, barred: vec![false; nx * ny], later, per_cell }
     }
 
-    /// Whether folded beams are avoided.
-    pub(super) fn unfolds(&self) -> bool {
-        self.unfolded.is_some()
+    /// Goes back a step towards the first light where beams are folded that need not be, or all of the way where that was not enough; those
+    /// places are not corrected any more. Whether there are any.
+    pub(super) fn unfold(&mut self, caustic: &Caustic) -> bool {
+        let Some(first) = self.unfolded.as_ref().filter(|_| !caustic.folds.is_empty()) else { return false };
+        let (nx, ny) = (caustic.irradiance.nx(), caustic.irradiance.ny());
+        let mut share = Field::filled(nx, ny, 0.0);
+        for &cell in &caustic.folds {
+            let (i, j) = (cell as usize % nx, cell as usize / nx);
+            for row in j.saturating_sub(FOLD_REACH)..=(j + FOLD_REACH).min(ny - 1) {
+                for k in row * nx + i.saturating_sub(FOLD_REACH)..=row * nx + (i + FOLD_REACH).min(nx - 1) {
+                    share.as_mut_slice()[k] = if self.barred[k] { 1.0 } else { BACK };
+                }
+            }
+        }
+        self.barred.iter_mut().zip(share.as_slice()).for_each(|(barred, share)| *barred |= *share > 0.0);
+        blend(&mut self.light, first, &share, self.per_cell);
+        true
     }
 
-    /// Takes over what another light drew better. Where it folds beams that it need not, the light from before is kept for good, and a
-    /// step towards the first one made, or all of the way where that was not enough.
-    pub(super) fn learn(&mut self, light: &Field<f64>, caustic: &Caustic, wanted: &Field<f64>) {
-        let seen = &caustic.irradiance;
+    /// Takes over what another light drew better.
+    pub(super) fn learn(&mut self, light: &Field<f64>, seen: &Field<f64>, wanted: &Field<f64>) {
         let error = around(seen, wanted);
-        let folded = near_folds(caustic, self.unfolded.is_some());
         let mut better = Field::filled(seen.nx(), seen.ny(), 0.0);
-        let mut of_first = Field::filled(seen.nx(), seen.ny(), 0.0);
         for (k, (new, old)) in error.as_slice().iter().zip(self.error.as_mut_slice()).enumerate() {
-            if folded[k] {
-                of_first.as_mut_slice()[k] = if self.barred[k] { 1.0 } else { BACK };
-                self.barred[k] = true;
-            }
             if self.barred[k] {
                 continue;
             }
@@ -104,9 +110,6 @@ impl Correction {
         let known = self.seen.as_mut_slice().iter_mut().zip(seen.as_slice());
         known.zip(better.as_slice()).filter(|(_, better)| **better > 0.0).for_each(|((old, new), _)| *old = *new);
         blend(&mut self.light, light, &better, self.per_cell);
-        if let Some(unfolded) = &self.unfolded {
-            blend(&mut self.light, unfolded, &of_first, self.per_cell);
-        }
     }
 
     /// The light to try next: the best so far, times what the cells lack. Light below `floor` counts as that.
@@ -152,19 +155,6 @@ fn blend(light: &mut Field<f64>, other: &Field<f64>, share: &Field<f64>, per_cel
             *old = old.powf(1.0 - share) * new.powf(share);
         }
     });
-}
-
-/// Cells around which a beam is folded, if that is asked for.
-fn near_folds(caustic: &Caustic, asked: bool) -> Vec<bool> {
-    let (nx, ny) = (caustic.irradiance.nx(), caustic.irradiance.ny());
-    let mut near = vec![false; nx * ny];
-    for &cell in caustic.folds.iter().filter(|_| asked) {
-        let (i, j) = (cell as usize % nx, cell as usize / nx);
-        for row in j.saturating_sub(FOLD_REACH)..=(j + FOLD_REACH).min(ny - 1) {
-            near[row * nx..][i.saturating_sub(FOLD_REACH)..=(i + FOLD_REACH).min(nx - 1)].fill(true);
-        }
-    }
-    near
 }
 
 /// Mean square of the difference around every cell.

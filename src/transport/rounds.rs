@@ -29,7 +29,7 @@ const STEPS: usize = 12;
 
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
-/// Most rounds that only take back what folded beams, where any did, and the share of the error that each may cost.
+/// Most rounds that only take back what folded beams, if any did, and the share of the error that each may cost.
 const UNFOLDINGS: usize = 3;
 const UNFOLDING_PRICE: f64 = 0.03;
 /// A round that takes away less than this share of the error is the last of its stage.
@@ -110,11 +110,11 @@ pub(super) fn close(
             }
         };
         let error = relative_rms(&seen.irradiance, &cells);
-        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface"); println!("  {round} {stage} {error} {}", seen.folded);
+        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
         let correction = match &mut correction {
             None => correction.insert(Correction::new(light.clone(), &seen, &cells, per_cell, &bench.contour())),
             Some(correction) => {
-                correction.learn(&light, &seen, &cells);
+                correction.learn(&light, &seen.irradiance, &cells);
                 correction
             }
         };
@@ -133,9 +133,9 @@ pub(super) fn close(
         let Some(best) = best.as_ref() else { break };
         let more = round < rounds && stage < STAGES.len() && unfoldings == 0;
         if !more {
-            // Without a further correction, but that places whose beams were folded by one get the light from before.
-            let foldable = best.seen.folded > 0.0 && correction.unfolds() && (unfoldings == 0 || unfolds);
-            if !foldable || unfoldings == UNFOLDINGS {
+            // Without a further correction, but that where it folded beams.
+            let worthwhile = unfoldings == 0 || unfolds && unfoldings < UNFOLDINGS;
+            if !(worthwhile && correction.unfold(&best.seen)) {
                 break;
             }
             unfoldings += 1;
