@@ -25,7 +25,7 @@ const STALLED: f64 = 0.94;
 /// A first light that folds no more than this share of itself shows that the picture needs no folds.
 const FEW_FOLDS: f64 = 1e-5;
 /// How far, as a share, the light goes back to the first one at a fold.
-const BACK: f64 = 0.3;
+const BACK: f64 = 0.5;
 /// The light of so many cells around a fold made it.
 const FOLD_REACH: usize = 1;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
