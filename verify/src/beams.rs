@@ -2,8 +2,8 @@
 
 use crate::{
     block::{Block, corners, halves},
-    film::{Film, Flux, Image, Tally, UNIT},
-    trace::{End, Path, Tracer},
+    film::{Brush, Film, Flux, Image, Tally, UNIT},
+    trace::{End, FromFacet, Path, Row, Tracer},
 };
 use glam::DVec2;
 use rayon::prelude::*;
@@ -49,24 +49,34 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
         .map(|band| {
-            let mut scratch = Vec::new();
-            let mut trace_row = |row: &mut Vec<Path>, j: usize| {
+            let trace_row = |row: &mut Row, j: usize| {
                 let y = along(lower.y, upper.y, j, ny);
                 match &columns {
-                    Some(columns) => tracer.path_row(columns, y, &mut scratch, row),
+                    Some(columns) => tracer.path_row(columns, y, row),
                     None => {
-                        row.clear();
-                        row.extend(xs.iter().map(|&x| tracer.path_at(DVec2::new(x, y))));
+                        row.paths.clear();
+                        row.paths.extend(xs.iter().map(|&x| tracer.path_at(DVec2::new(x, y))));
                     }
                 }
             };
-            let (mut below, mut above) = (Vec::with_capacity(nx + 1), Vec::with_capacity(nx + 1));
-            let mut tally = Tally::default();
+            let (mut below, mut above) = (Row::default(), Row::default());
+            let (mut tally, mut brush) = (Tally::default(), Brush::on(&film));
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
-                for i in 0..nx {
-                    book(&film, [below[i], below[i + 1], above[i + 1], above[i]], &mut tally);
+                if below.lands() && above.lands() {
+                    let at = |row: &Row, i: usize| film.in_pixels(row.landings[i]);
+                    let (mut a, mut d) = (at(&below, 0), at(&above, 0));
+                    for i in 1..=nx {
+                        let (b, c) = (at(&below, i), at(&above, i));
+                        brush.quadrilateral([a, b, c, d], UNIT, &mut tally);
+                        (a, d) = (b, c);
+                    }
+                } else {
+                    for i in 0..nx {
+                        let paths = [below.path(i), below.path(i + 1), above.path(i + 1), above.path(i)];
+                        book(&film, &mut brush, paths, &mut tally);
+                    }
                 }
                 std::mem::swap(&mut below, &mut above);
             }
@@ -84,24 +94,32 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.nx - 1, block.ny - 1);
     let film = Film::new(&tracer.scene().window);
+    let lines = tracer.facet_lines();
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {
-            let mut tally = Tally::default();
+            let (mut tally, mut brush) = (Tally::default(), Brush::on(&film));
             for i in 0..columns {
                 let nodes = corners(i, j).map(|(i, j)| block.node(i, j).truncate());
                 for half in halves(block.diagonals[j * columns + i]) {
                     let corners = half.map(|k| nodes[k]);
                     let centre = corners.iter().sum::<DVec2>() / 3.0;
                     let inside = corners.map(|corner| corner.lerp(centre, INSIDE));
-                    let known = tracer.facet_paths((i, j), half, inside);
-                    let [a, b, c] = known.unwrap_or_else(|| inside.map(|at| tracer.path_at(at)));
+                    let known = lines.as_ref().map(|lines| lines.from((i, j), half, inside));
+                    let [a, b, c] = match known {
+                        Some(FromFacet::Landings(at)) => {
+                            brush.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut tally);
+                            continue;
+                        }
+                        Some(FromFacet::Paths(paths)) => paths,
+                        None => inside.map(|at| tracer.path_at(at)),
+                    };
                     // The fourth corner of a quadrilateral, in the middle of an edge.
                     let middle = match (b.end, c.end) {
                         (End::Receiver(p), End::Receiver(q)) => Path { end: End::Receiver(0.5 * (p + q)), ..b },
                         _ => b,
                     };
-                    book(&film, [a, b, middle, c], &mut tally);
+                    book(&film, &mut brush, [a, b, middle, c], &mut tally);
                 }
             }
             tally
@@ -118,7 +136,7 @@ const INSIDE: f64 = 1e-6;
 
 /// Books one beam.
 #[inline]
-fn book(film: &Film, paths: [Path; 4], tally: &mut Tally) {
+fn book(film: &Film, brush: &mut Brush, paths: [Path; 4], tally: &mut Tally) {
     let mut landings = [DVec2::ZERO; 4];
     let mut together = true;
     let (mut power, mut arrives) = (0.0, 0.0);
@@ -134,7 +152,7 @@ fn book(film: &Film, paths: [Path; 4], tally: &mut Tally) {
     if together {
         let all = in_units(power);
         let units = in_units(arrives).min(all);
-        film.splat(landings, units, tally);
+        brush.quadrilateral(landings.map(|at| film.in_pixels(at)), units, tally);
         tally.reflected += u128::from(all - units);
     } else {
         for path in paths {

@@ -58,6 +58,32 @@ fn part_below(polygon: &[DVec2], origin: DVec2, corner: DVec2) -> f64 {
     sum
 }
 
+/// Signed area of the part of a polygon with x less than 0: the integral of min(x, 0) dy over its edges.
+#[inline(always)]
+fn part_beside<const N: usize>(x: [f64; N], y: [f64; N]) -> f64 {
+    let (mut sum, mut k) = (0.0, N - 1);
+    for next in 0..N {
+        let (least, greatest) = if x[k] <= x[next] { (x[k], x[next]) } else { (x[next], x[k]) };
+        if least < 0.0 {
+            // An edge that crosses has x less than 0 on its part -least / (greatest - least), where its mean is half of the least.
+            let mean = if greatest <= 0.0 { 0.5 * (least + greatest) } else { -0.5 * least * least / (greatest - least) };
+            sum += mean * (y[next] - y[k]);
+        }
+        k = next;
+    }
+    sum
+}
+
+/// Signed area of a polygon.
+#[inline(always)]
+fn area_of<const N: usize>(polygon: &[DVec2; N]) -> f64 {
+    let mut sum = 0.0;
+    for k in 1..N - 1 {
+        sum += (polygon[k] - polygon[0]).perp_dot(polygon[k + 1] - polygon[0]);
+    }
+    0.5 * sum
+}
+
 /// The contribution of the edge from `a` to `b`.
 #[inline]
 fn under_edge(mut a: DVec2, mut b: DVec2, limit: DVec2) -> f64 {
@@ -179,13 +205,13 @@ impl Film {
 
     /// A point of the receiver in pixels from the top left of the picture.
     #[inline]
-    fn in_pixels(&self, at_mm: DVec2) -> DVec2 {
+    pub(crate) fn in_pixels(&self, at_mm: DVec2) -> DVec2 {
         (self.origin - at_mm) * self.per_mm
     }
 
     #[inline]
-    fn add(&self, column: usize, row: usize, units: u64) {
-        self.pixels[row * self.nx + column].fetch_add(units, Relaxed);
+    fn add(&self, pixel: usize, units: u64) {
+        self.pixels[pixel].fetch_add(units, Relaxed);
     }
 
     /// Books the power of a ray where it ends.
@@ -196,7 +222,7 @@ impl Film {
                 let p = self.in_pixels(at);
                 // A comparison that is false for NaN, so that no nonsense is booked as light.
                 if p.x >= 0.0 && p.y >= 0.0 && p.x < self.nx as f64 && p.y < self.ny as f64 {
-                    self.add(p.x as usize, p.y as usize, units);
+                    self.add(self.pixel(p.x as usize, p.y as usize), units);
                     &mut tally.window
                 } else if p.is_nan() {
                     &mut tally.lost
@@ -212,77 +238,10 @@ impl Film {
         *account += u128::from(units);
     }
 
-    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, given in their order round
-    /// the beam; every pixel gets the part that it covers.
+    /// The pixel of this column and row, on this film.
     #[inline]
-    pub(crate) fn splat(&self, corners: [DVec2; 4], units: u64, tally: &mut Tally) {
-        let [a, b, c, d] = corners.map(|p| self.in_pixels(p));
-        let (lo, hi) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
-        let limit = DVec2::new(self.nx as f64, self.ny as f64);
-        if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
-            // Truncation is much quicker than rounding down, and the same here.
-            let (column, row) = (lo.x as u32, lo.y as u32);
-            if (column, row) == (hi.x as u32, hi.y as u32) {
-                self.add(column as usize, row as usize, units);
-                tally.window += u128::from(units);
-                return;
-            }
-        }
-        let turns =
-            [(b - a).perp_dot(c - b), (c - b).perp_dot(d - c), (d - c).perp_dot(a - d), (a - d).perp_dot(b - a)];
-        if turns.iter().all(|&t| t > 0.0) || turns.iter().all(|&t| t < 0.0) {
-            self.spread(&[a, b, c, d], units, tally);
-        } else {
-            // Folded or bent inwards: each triangle of an even beam carries half of its power.
-            self.spread(&[a, b, c], units / 2, tally);
-            self.spread(&[a, c, d], units - units / 2, tally);
-        }
-    }
-
-    /// Spreads power evenly over a polygon without self-intersections, in pixels.
-    fn spread(&self, polygon: &[DVec2], units: u64, tally: &mut Tally) {
-        let (lo, hi) =
-            polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
-        if !(lo.is_finite() && hi.is_finite()) {
-            tally.lost += u128::from(units);
-            return;
-        }
-        let limit = DVec2::new(self.nx as f64, self.ny as f64);
-        let (first, last) = (lo.floor().max(DVec2::ZERO), hi.floor().min(limit - 1.0));
-        let area = part_below(polygon, lo, hi);
-        let mut booked = 0;
-        if area.abs() < LEAST_AREA {
-            // Light on a line: as good as on its centre.
-            let centre = 0.5 * (lo + hi);
-            if centre.cmpge(DVec2::ZERO).all() && centre.cmplt(limit).all() {
-                self.add(centre.x as usize, centre.y as usize, units);
-                booked = units;
-            }
-        } else {
-            let scale = units as f64 / area;
-            let mut row = first.y;
-            while row <= last.y {
-                let mut below = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(first.x, y)));
-                let mut column = first.x;
-                while column <= last.x {
-                    let next = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(column + 1.0, y)));
-                    let covered = (next[1] - below[1]) - (next[0] - below[0]);
-                    let share = ((scale * covered).max(0.0) as u64).min(units - booked);
-                    self.add(column as usize, row as usize, share);
-                    booked += share;
-                    below = next;
-                    column += 1.0;
-                }
-                row += 1.0;
-            }
-            if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
-                // What rounding left.
-                self.add(first.x as usize, first.y as usize, units - booked);
-                booked = units;
-            }
-        }
-        tally.window += u128::from(booked);
-        tally.missed += u128::from(units - booked);
+    fn pixel(&self, column: usize, row: usize) -> usize {
+        row * self.nx + column
     }
 
     /// The collected power of every pixel in [`UNIT`]s, in picture order; the film is empty afterwards.
@@ -296,6 +255,188 @@ impl Film {
         let scale = (nx * ny) as f64 / total.max(1) as f64;
         Image::new(nx, ny, self.take().map(|units| units as f64 * scale).collect())
     }
+}
+
+/// Spreads beams over a film. Neighbours land in the same pixel, and what they bring is booked there at once.
+pub(crate) struct Brush<'a> {
+    film: &'a Film,
+    limit: DVec2,
+    pixel: usize,
+    units: u64,
+}
+
+impl<'a> Brush<'a> {
+    pub(crate) fn on(film: &'a Film) -> Self {
+        Self { film, limit: DVec2::new(film.nx as f64, film.ny as f64), pixel: 0, units: 0 }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, pixel: usize, units: u64) {
+        if pixel != self.pixel {
+            self.film.add(self.pixel, self.units);
+            (self.pixel, self.units) = (pixel, 0);
+        }
+        self.units += units;
+    }
+
+    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, in pixels from the top left of the picture
+    /// and in their order round the beam; every pixel gets the part that it covers.
+    #[inline(always)]
+    pub(crate) fn quadrilateral(&mut self, corners: [DVec2; 4], units: u64, tally: &mut Tally) {
+        if self.dot(&corners, units, tally) {
+            return;
+        }
+        let [a, b, c, d] = corners;
+        let turns =
+            [(b - a).perp_dot(c - b), (c - b).perp_dot(d - c), (d - c).perp_dot(a - d), (a - d).perp_dot(b - a)];
+        if turns.iter().all(|&t| t > 0.0) || turns.iter().all(|&t| t < 0.0) {
+            self.spread(&corners, units, tally);
+        } else {
+            // Folded or bent inwards: each triangle of an even beam carries half of its power.
+            self.spread(&[a, b, c], units / 2, tally);
+            self.spread(&[a, c, d], units - units / 2, tally);
+        }
+    }
+
+    /// The same for a beam of three landing points.
+    #[inline(always)]
+    pub(crate) fn triangle(&mut self, corners: [DVec2; 3], units: u64, tally: &mut Tally) {
+        if !self.dot(&corners, units, tally) {
+            self.spread(&corners, units, tally);
+        }
+    }
+
+    /// Books power that lands within one pixel of the window; tells whether it does.
+    #[inline(always)]
+    fn dot<const N: usize>(&mut self, corners: &[DVec2; N], units: u64, tally: &mut Tally) -> bool {
+        let (lo, hi) = bounds(corners);
+        if !self.is_within(lo, hi) {
+            return false;
+        }
+        // Truncation is much quicker than rounding down, and the same here.
+        let (column, row) = (lo.x as u32, lo.y as u32);
+        let within = (column, row) == (hi.x as u32, hi.y as u32);
+        if within {
+            self.add(self.film.pixel(column as usize, row as usize), units);
+            tally.window += u128::from(units);
+        }
+        within
+    }
+
+    #[inline(always)]
+    fn is_within(&self, lo: DVec2, hi: DVec2) -> bool {
+        lo.cmpge(DVec2::ZERO).all() && hi.cmplt(self.limit).all()
+    }
+
+    /// Spreads power evenly over a polygon without self-intersections, in pixels.
+    fn spread<const N: usize>(&mut self, polygon: &[DVec2; N], units: u64, tally: &mut Tally) {
+        let (lo, hi) = bounds(polygon);
+        let area = area_of(polygon);
+        if !(self.is_within(lo, hi) && area.abs() >= LEAST_AREA) {
+            return self.spread_anywhere(polygon, units, tally);
+        }
+        tally.window += u128::from(units);
+        let (column, row) = (lo.x as u32, lo.y as u32);
+        let size = (hi.x as u32 - column, hi.y as u32 - row);
+        let corner = DVec2::new(f64::from(column + 1), f64::from(row + 1));
+        let pixel = self.film.pixel(column as usize, row as usize);
+        let scale = units as f64 / area;
+        let share = |covered: f64, left: u64| ((scale * covered).max(0.0) as u64).min(left);
+        let (x, y) = (polygon.map(|p| p.x - corner.x), polygon.map(|p| p.y - corner.y));
+        match size {
+            (0, 0) => self.add(pixel, units),
+            (1, 0) => {
+                let left = share(part_beside(x, y), units);
+                self.add(pixel, left);
+                self.add(pixel + 1, units - left);
+            }
+            (0, 1) => {
+                let above = share(-part_beside(y, x), units);
+                self.add(pixel, above);
+                self.add(pixel + self.film.nx, units - above);
+            }
+            (1, 1) => {
+                let both = part_below(polygon, lo, corner);
+                let (left, above) = (part_beside(x, y), -part_beside(y, x));
+                let first = share(both, units);
+                let second = share(above - both, units - first);
+                let third = share(left - both, units - first - second);
+                self.add(pixel, first);
+                self.add(pixel + 1, second);
+                self.add(pixel + self.film.nx, third);
+                self.add(pixel + self.film.nx + 1, units - first - second - third);
+            }
+            _ => {
+                let booked = self.scan(polygon, scale, units);
+                // What rounding left.
+                self.add(pixel, units - booked);
+            }
+        }
+    }
+
+    /// The same where a part of the polygon may be outside of the window, or nowhere.
+    #[cold]
+    fn spread_anywhere(&mut self, polygon: &[DVec2], units: u64, tally: &mut Tally) {
+        let (lo, hi) = bounds(polygon);
+        if !polygon.iter().all(|p| p.is_finite()) {
+            tally.lost += u128::from(units);
+            return;
+        }
+        let area = part_below(polygon, lo, hi);
+        let booked = if area.abs() >= LEAST_AREA {
+            self.scan(polygon, units as f64 / area, units)
+        } else {
+            // Light on a line: as good as on its centre.
+            let centre = 0.5 * (lo + hi);
+            let arrives = self.is_within(centre, centre);
+            if arrives {
+                self.add(self.film.pixel(centre.x as usize, centre.y as usize), units);
+            }
+            if arrives { units } else { 0 }
+        };
+        // What rounding left of light that falls into the window is light in the window.
+        let rest = if self.is_within(lo, hi) { units - booked } else { 0 };
+        if rest > 0 {
+            self.add(self.film.pixel(lo.x as usize, lo.y as usize), rest);
+        }
+        tally.window += u128::from(booked + rest);
+        tally.missed += u128::from(units - booked - rest);
+    }
+
+    /// Gives every pixel of the window its part of the polygon, with `scale` units per area; returns how many units that are.
+    fn scan(&mut self, polygon: &[DVec2], scale: f64, units: u64) -> u64 {
+        let (lo, hi) = bounds(polygon);
+        let (first, last) = (lo.floor().max(DVec2::ZERO), hi.floor().min(self.limit - 1.0));
+        let mut booked = 0;
+        let mut row = first.y;
+        while row <= last.y {
+            let mut below = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(first.x, y)));
+            let mut column = first.x;
+            while column <= last.x {
+                let next = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(column + 1.0, y)));
+                let covered = (next[1] - below[1]) - (next[0] - below[0]);
+                let share = ((scale * covered).max(0.0) as u64).min(units - booked);
+                self.add(self.film.pixel(column as usize, row as usize), share);
+                booked += share;
+                below = next;
+                column += 1.0;
+            }
+            row += 1.0;
+        }
+        booked
+    }
+}
+
+impl Drop for Brush<'_> {
+    fn drop(&mut self) {
+        self.film.add(self.pixel, self.units);
+    }
+}
+
+/// Least and greatest corner of the box around points.
+#[inline(always)]
+fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
+    points[1..].iter().fold((points[0], points[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
 }
 
 #[cfg(test)]
@@ -327,8 +468,9 @@ mod tests {
         let square = |x: f64, y: f64| {
             [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| DVec2::new(x + u, y + v))
         };
-        film.splat(square(0.0, 0.0), UNIT, &mut tally);
-        film.splat(square(2.0, 2.0), UNIT, &mut tally);
+        for (x, y) in [(0.0, 0.0), (2.0, 2.0)] {
+            Brush::on(&film).quadrilateral(square(x, y).map(|p| film.in_pixels(p)), UNIT, &mut tally);
+        }
         let image = film.develop(16 * u128::from(UNIT));
         for k in [5, 6, 9, 10] {
             assert!((image.values[k] - 0.25).abs() < 1e-9);

@@ -143,9 +143,12 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
             .reduce(Tally::default, Tally::plus);
         tally.fates = tally.fates.plus(fates);
         for ((sum, square), units) in tally.sums.iter_mut().zip(&mut tally.squares).zip(film.take()) {
-            let units = u128::from(units);
-            *sum += units;
-            *square += units * units;
+            // A replicate has fewer photons than there are pixels, as a rule.
+            if units > 0 {
+                let units = u128::from(units);
+                *sum += units;
+                *square += units * units;
+            }
         }
     }
     Ok(tally)

@@ -4,7 +4,8 @@ mod lit;
 mod rows;
 mod search;
 
-pub(super) use rows::Lattice;
+pub(in crate::trace) use rows::{FacetLines, Lattice};
+pub(crate) use rows::{FromFacet, Row};
 
 use super::{
     End, Path,
