@@ -45,6 +45,9 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     };
     let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
     let columns = tracer.columns(&xs);
+    if columns.is_none() {
+        tracer.prepare();
+    }
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
@@ -95,6 +98,9 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.nx - 1, block.ny - 1);
     let film = Film::new(&tracer.scene().window);
     let lines = tracer.facet_lines();
+    if lines.is_none() {
+        tracer.prepare();
+    }
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {

@@ -66,7 +66,8 @@ fn part_beside<const N: usize>(x: [f64; N], y: [f64; N]) -> f64 {
         let (least, greatest) = if x[k] <= x[next] { (x[k], x[next]) } else { (x[next], x[k]) };
         if least < 0.0 {
             // An edge that crosses has x less than 0 on its part -least / (greatest - least), where its mean is half of the least.
-            let mean = if greatest <= 0.0 { 0.5 * (least + greatest) } else { -0.5 * least * least / (greatest - least) };
+            let mean =
+                if greatest <= 0.0 { 0.5 * (least + greatest) } else { -0.5 * least * least / (greatest - least) };
             sum += mean * (y[next] - y[k]);
         }
         k = next;

@@ -96,7 +96,13 @@ impl Renumbered {
 
 impl Welder {
     pub(crate) fn with_expected(vertices: usize) -> Self {
-        Self { vertices: Vec::with_capacity(vertices), recent: [0; RECENT], oldest: 0, next: 0, late: Box::new([0; LATE]) }
+        Self {
+            vertices: Vec::with_capacity(vertices),
+            recent: [0; RECENT],
+            oldest: 0,
+            next: 0,
+            late: Box::new([0; LATE]),
+        }
     }
 
     /// An index of this position, until [`finish`](Self::finish) renumbers them. `None` once 2³² - 1 are given.

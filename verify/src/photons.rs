@@ -107,6 +107,7 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
     within("the shard", plan.shard.into(), 0, u64::from(plan.shards) - 1)?;
     within("the number of photons", plan.photons, 1, MOST_PHOTONS)?;
 
+    tracer.prepare();
     let (lower, upper) = tracer.aperture_mm();
     let size = upper - lower;
     let each = plan.photons.div_ceil(plan.replicates.into());

@@ -192,8 +192,18 @@ mod tests {
             assert_eq!(told(&ours), told(&theirs));
         }
         for other in [
-            "v 0 0 0 1\n", "v 0 0\n", "vt 0 0\n", "f 1 2 3 4\n", "f 1/1 2/1 3/1\n", "f -1 -2 -3\n", "f 0 1 2\n",
-            "v 0 0 0\nf 1 1 2\n", "v 0 0 0\nvn 0 0 1\nf 1 1 1\n", "l 1 2\n", "usemtl a\n", "f 1 2 \\\n3\n",
+            "v 0 0 0 1\n",
+            "v 0 0\n",
+            "vt 0 0\n",
+            "f 1 2 3 4\n",
+            "f 1/1 2/1 3/1\n",
+            "f -1 -2 -3\n",
+            "f 0 1 2\n",
+            "v 0 0 0\nf 1 1 2\n",
+            "v 0 0 0\nvn 0 0 1\nf 1 1 1\n",
+            "l 1 2\n",
+            "usemtl a\n",
+            "f 1 2 \\\n3\n",
         ] {
             assert!(plain(other).is_none(), "{other}");
         }

@@ -13,8 +13,8 @@ use crate::{
     scene::{Optics, Scene, SceneError},
     spread::{Dice, Spread},
 };
-pub(crate) use block::{FromFacet, Row};
 use block::{FacetLines, Lattice};
+pub(crate) use block::{FromFacet, Row};
 use glam::DVec2;
 
 /// How the way of a ray ends.
@@ -144,6 +144,13 @@ impl Tracer {
         match &self.kind {
             Kind::Block(block) => block.path_at(at_mm),
             Kind::Solid(solid) => solid.path_at(at_mm),
+        }
+    }
+
+    /// Makes ready what single rays need, before many ask for it at once.
+    pub(crate) fn prepare(&self) {
+        if let Kind::Block(block) = &self.kind {
+            block.prepare();
         }
     }
 

@@ -73,13 +73,13 @@ pub(super) struct Plain {
 }
 
 impl Plain {
-    /// Where light lands that meets the face at a point; none where that is not plain.
+    /// Where light lands that meets the face at a point, and whether it does.
     #[inline(always)]
-    fn landing(&self, at: DVec2, z: f64, slope: DVec2) -> Option<DVec2> {
+    fn landing(&self, at: DVec2, z: f64, slope: DVec2) -> (DVec2, bool) {
         let tangent = tangent_behind(slope, self.ior);
         // False for NaN, which is what total reflection gives.
         let goes_on = self.steepest2 * tangent.length_squared() < 1.0 && z >= self.rim_z;
-        goes_on.then(|| at + tangent * (self.distance_mm - z))
+        (at + tangent * (self.distance_mm - z), goes_on)
     }
 }
 
@@ -138,13 +138,17 @@ impl BlockTracer {
         if self.geometry == Geometry::NormalMappedPlane {
             row.met.iter_mut().for_each(|met| met.z = 0.0);
         }
-        row.landings.clear();
         row.paths.clear();
-        if let Some(plain) = self.plain() {
-            let landing = |met: &Met| plain.landing(DVec2::new(met.x, y), met.z, met.slope);
-            row.landings.extend(row.met.iter().map_while(landing));
-        }
-        if row.landings.len() < row.met.len() {
+        row.landings.resize(row.met.len(), DVec2::ZERO);
+        let all_land = self.plain().is_some_and(|plain| {
+            // Without branches, and so many at a time.
+            row.met.iter().zip(&mut row.landings).fold(true, |all, (met, at)| {
+                let (landing, lands) = plain.landing(DVec2::new(met.x, y), met.z, met.slope);
+                *at = landing;
+                all & lands
+            })
+        });
+        if !all_land {
             let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, y, self.block.entry_z));
             let transmittance = transmittance.map_or(1.0, |(_, transmittance)| transmittance);
             row.paths.extend(row.met.iter().map(|met| {
@@ -212,7 +216,8 @@ impl BlockTracer {
             && self.block.is_rectangular()
             && matches!(self.face, Face::Facets)
             && self.geometry == Geometry::Displaced;
-        let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.block.entry_z)).map(|(_, t)| t);
+        let transmittance =
+            self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.block.entry_z)).map(|(_, t)| t);
         let plain = self.plain();
         transmittance.filter(|_| known).map(|transmittance| FacetLines { tracer: self, plain, transmittance })
     }
@@ -241,13 +246,12 @@ impl FacetLines<'_> {
         let z = at.map(|at| corner.z + slope.dot(at - corner.truncate()));
         if let Some(plain) = &self.plain {
             let mut landings = at;
-            let lands = |(landing, z): (&mut DVec2, &f64)| {
-                plain.landing(*landing, *z, slope).is_some_and(|at| {
-                    *landing = at;
-                    true
-                })
+            let lands = |all, (at, z): (&mut DVec2, &f64)| {
+                let (landing, lands) = plain.landing(*at, *z, slope);
+                *at = landing;
+                all & lands
             };
-            if landings.iter_mut().zip(&z).all(lands) {
+            if landings.iter_mut().zip(&z).fold(true, lands) {
                 return FromFacet::Landings(landings);
             }
         }

@@ -77,19 +77,31 @@ pub(super) struct Hit {
 }
 
 impl BlockTracer {
-    /// The search structure over the cells of the exit face.
+    /// Builds the search structure, if it will be needed for sure.
+    pub(in crate::trace) fn prepare(&self) {
+        if !self.even || self.traversal == Traversal::Bvh {
+            self.hierarchy();
+        }
+    }
+
+    /// The search structure over the exit face.
     fn hierarchy(&self) -> &Hierarchy {
-        self.hierarchy.get_or_init(|| {
-            let block = &self.block;
-            let (low, high) = block.height_range_mm();
-            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
-                + low.abs().max(high.abs()).max(block.entry_z.abs());
-            let patches: Vec<Patch> =
-                (0..Patch::count(block)).into_par_iter().map(|k| Patch::new(block, k)).collect();
-            let accelerator = Accelerator::build(patches.len(), reach, |k| patches[k].bounds(block));
-            let patches = accelerator.order().iter().map(|&k| patches[k as usize]).collect();
-            Hierarchy { accelerator, patches }
+        // Not while a lock is held: it is built on all cores, and one that waits for others takes up other rays, which ask for it too.
+        self.hierarchy.get().unwrap_or_else(|| {
+            let built = self.build_hierarchy();
+            self.hierarchy.get_or_init(|| built)
         })
+    }
+
+    fn build_hierarchy(&self) -> Hierarchy {
+        let block = &self.block;
+        let (low, high) = block.height_range_mm();
+        let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
+            + low.abs().max(high.abs()).max(block.entry_z.abs());
+        let patches: Vec<Patch> = (0..Patch::count(block)).into_par_iter().map(|k| Patch::new(block, k)).collect();
+        let accelerator = Accelerator::build(patches.len(), reach, |k| patches[k].bounds(block));
+        let patches = accelerator.order().iter().map(|&k| patches[k as usize]).collect();
+        Hierarchy { accelerator, patches }
     }
 
     #[inline]
