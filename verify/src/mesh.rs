@@ -133,18 +133,25 @@ impl Welder {
 
     /// Distinct positions, and how indices change.
     pub(crate) fn finish(mut self) -> (Vec<DVec3>, Renumbered) {
-        let mut sorted: Vec<(DVec3, u32)> = self.vertices.iter().copied().zip(0..).collect();
-        // Stable, and quick with what is in order: files list vertices row by row.
-        sorted.sort_by(|(a, _), (b, _)| {
-            let order = |a: f64, b: f64| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
-            order(a.y, b.y).then(order(a.x, b.x)).then(order(a.z, b.z))
-        });
+        // Both ways are stable. Files that list vertices row by row are in order but for a few; others had better be moved as they are
+        // compared.
+        let descents = self.vertices.windows(2).filter(|pair| along_rows(&pair[0], &pair[1]).is_gt()).count();
         let mut numbers: Vec<u32> = Vec::new();
-        for same in sorted.chunk_by(|(a, _), (b, _)| a == b).filter(|same| same.len() > 1) {
+        let mut same = |first: u32, second: u32| {
             if numbers.is_empty() {
                 numbers.extend(0..self.vertices.len() as u32);
             }
-            same.iter().for_each(|(_, index)| numbers[*index as usize] = same[0].1);
+            numbers[second as usize] = numbers[first as usize];
+        };
+        if descents < self.vertices.len() / 16 {
+            let mut sorted: Vec<u32> = (0..self.vertices.len() as u32).collect();
+            let at = |k: u32| self.vertices[k as usize];
+            sorted.sort_by(|&a, &b| along_rows(&at(a), &at(b)));
+            sorted.windows(2).filter(|pair| at(pair[0]) == at(pair[1])).for_each(|pair| same(pair[0], pair[1]));
+        } else {
+            let mut sorted: Vec<(DVec3, u32)> = self.vertices.iter().copied().zip(0..).collect();
+            sorted.sort_by(|(a, _), (b, _)| along_rows(a, b));
+            sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).for_each(|pair| same(pair[0].1, pair[1].1));
         }
         if numbers.is_empty() {
             return (self.vertices, Renumbered(None));
@@ -163,6 +170,12 @@ impl Welder {
         self.vertices.truncate(kept);
         (self.vertices, Renumbered(Some(numbers)))
     }
+}
+
+/// The order of positions along rows.
+fn along_rows(a: &DVec3, b: &DVec3) -> Ordering {
+    let order = |a: f64, b: f64| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
+    order(a.y, b.y).then_with(|| order(a.x, b.x)).then_with(|| order(a.z, b.z))
 }
 
 /// Where the index of a position is kept.

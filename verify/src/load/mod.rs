@@ -13,6 +13,8 @@ mod three_mf;
 use crate::mesh::{CornerNormals, Mesh, Welder};
 use glam::DVec3;
 use std::{
+    fs::File,
+    io,
     num::NonZeroU32,
     path::{Path, PathBuf},
 };
@@ -120,9 +122,20 @@ impl Format {
 /// See [`LoadError`].
 pub fn read(path: &Path) -> Result<Mesh, LoadError> {
     let format = Format::from_path(path)?;
-    let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;
-    parse(format, &bytes)
+    let failed = |source| LoadError::Read { path: path.into(), source };
+    let mut file = File::open(path).map_err(failed)?;
+    let about = file.metadata().map_err(failed)?;
+    // The large ones, piece by piece: memory that is new to a process takes more time than parsing.
+    let mesh = match format {
+        Format::Stl if about.is_file() => stl::stream(&mut file, about.len(), &failed)?,
+        Format::Obj if about.is_file() => obj::stream(&mut file, &failed)?,
+        _ => None,
+    };
+    mesh.map_or_else(|| parse(format, &std::fs::read(path).map_err(failed)?), Ok)
 }
+
+/// What it means that reading fails.
+type Failed<'a> = &'a dyn Fn(io::Error) -> LoadError;
 
 /// Reads a solid from memory.
 ///

@@ -1,24 +1,27 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, LoadError, Points};
+use super::{Assembler, Failed, LoadError, Points};
 use crate::mesh::Mesh;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::io::{self, Read};
 
 /// Parses the geometry of an OBJ file, all objects together; polygons are cut into fans, materials are passed over.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    match std::str::from_utf8(bytes).ok().and_then(plain) {
-        Some(Plain { positions, directions, triangles, normals }) => {
-            let mut assembler = Assembler::new(triangles.len());
-            assembler.normal_corners = normals;
-            let mut points = Points::new(positions);
-            for corners in triangles {
-                assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
-            }
-            assembler.finish(directions)
-        }
-        None => any(bytes),
+    let failed = |error: io::Error| LoadError::Malformed { format: "OBJ", reason: error.to_string() };
+    stream(&mut &*bytes, &failed)?.map_or_else(|| any(bytes), Ok)
+}
+
+/// Parses a plain file without holding it as a whole. `None` for any other, of which a part has been read.
+pub(super) fn stream(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
+    let Some(Plain { positions, directions, triangles, normals }) = plain(file, failed)? else { return Ok(None) };
+    let mut assembler = Assembler::new(triangles.len());
+    assembler.normal_corners = normals;
+    let mut points = Points::new(positions);
+    for corners in triangles {
+        assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
     }
+    assembler.finish(directions).map(Some)
 }
 
 fn nothing(index: usize) -> LoadError {
@@ -36,35 +39,51 @@ struct Plain {
     normals: Vec<[u32; 3]>,
 }
 
-/// Bytes parsed by one task.
+/// Bytes parsed by one task, and tasks at a time.
 const PIECE: usize = 1 << 20;
+const PIECES: usize = 16;
 
 /// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores. `None` for any other.
-fn plain(text: &str) -> Option<Plain> {
-    let mut pieces = Vec::with_capacity(text.len() / PIECE + 1);
-    let mut rest = text;
-    while !rest.is_empty() {
-        let end = rest.as_bytes().iter().skip(PIECE).position(|&b| b == b'\n').map_or(rest.len(), |at| PIECE + at + 1);
-        let (piece, after) = rest.split_at(end);
-        pieces.push(piece);
-        rest = after;
-    }
-    let pieces: Vec<Plain> = pieces.into_par_iter().map(plain_piece).collect::<Option<_>>()?;
+fn plain(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Plain>, LoadError> {
     let mut whole = Plain::default();
-    for piece in pieces {
-        whole.positions.extend(piece.positions);
-        whole.directions.extend(piece.directions);
-        whole.triangles.extend(piece.triangles);
-        whole.normals.extend(piece.normals);
+    let mut line = Vec::new();
+    loop {
+        // Pieces of whole lines.
+        let mut pieces: Vec<Vec<u8>> = Vec::with_capacity(PIECES);
+        while pieces.len() < PIECES {
+            let mut piece = Vec::with_capacity(2 * PIECE);
+            piece.append(&mut line);
+            if file.take(PIECE as u64).read_to_end(&mut piece).map_err(failed)? > 0 {
+                let Some(end) = piece.iter().rposition(|&b| b == b'\n') else { return Ok(None) };
+                line.extend_from_slice(&piece[end + 1..]);
+                piece.truncate(end + 1);
+            }
+            if piece.is_empty() {
+                break;
+            }
+            pieces.push(piece);
+        }
+        if pieces.is_empty() {
+            break;
+        }
+        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain_piece(piece)).collect();
+        let Some(parsed) = parsed else { return Ok(None) };
+        for piece in parsed {
+            whole.positions.extend(piece.positions);
+            whole.directions.extend(piece.directions);
+            whole.triangles.extend(piece.triangles);
+            whole.normals.extend(piece.normals);
+        }
     }
     let known = |corners: &[[u32; 3]], count: usize| corners.as_flattened().iter().all(|&k| (k as usize) < count);
     let sound = known(&whole.triangles, whole.positions.len())
         && known(&whole.normals, whole.directions.len())
         && (whole.normals.len() == whole.triangles.len() || whole.directions.is_empty());
-    sound.then_some(whole)
+    Ok(sound.then_some(whole))
 }
 
-fn plain_piece(text: &str) -> Option<Plain> {
+fn plain_piece(text: &[u8]) -> Option<Plain> {
+    let text = std::str::from_utf8(text).ok()?;
     let mut piece = Plain::default();
     for line in text.lines() {
         let mut words = line.split_ascii_whitespace();
@@ -177,12 +196,16 @@ mod tests {
         assert_eq!(normals.directions[normals.corners[2][0] as usize], DVec3::NEG_Z);
     }
 
+    fn is_plain(text: &str) -> bool {
+        plain(&mut text.as_bytes(), &|source| panic!("{source}")).unwrap().is_some()
+    }
+
     #[test]
     fn plain_files_are_read_as_any_are() {
         let with_normals = "o a\nv 0 0 0\nv 1 0 0\nv 1 1e-1 0.25\n# five\nv 0 1 -0\nv 0 1 0\nvn 0 0 1\nvn 1 0 0\nf 2//1 3//1 1//2\ng b\nf 1//2 5//2 3//1\n";
         let without = "v 0 0 0\r\nv 1 0 0\r\n\nv 1 1 0\nf 1 2 3\nf 3 2 1";
         for text in [with_normals, without] {
-            assert!(plain(text).is_some());
+            assert!(is_plain(text));
             let (ours, theirs) = (parse(text.as_bytes()).unwrap(), any(text.as_bytes()).unwrap());
             assert_eq!((&ours.vertices, &ours.triangles), (&theirs.vertices, &theirs.triangles));
             let told = |mesh: &Mesh| {
@@ -205,7 +228,7 @@ mod tests {
             "usemtl a\n",
             "f 1 2 \\\n3\n",
         ] {
-            assert!(plain(other).is_none(), "{other}");
+            assert!(!is_plain(other), "{other}");
         }
     }
 
