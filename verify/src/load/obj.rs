@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn long_files_are_read_in_pieces_that_keep_their_order() {
-        let n = 60_000;
+        let n = 100_000;
         let mut text = String::new();
         (0..n).for_each(|k| text += &format!("v {k} {} 0.5\n", k % 7));
         (0..n - 2).for_each(|k| text += &format!("f {} {} {}\n", k + 1, k + 3, k + 2));
