@@ -23,7 +23,10 @@ use glasswarp_verify::{
 };
 use image::GrayImage;
 use rayon::prelude::*;
-use std::path::{Path, PathBuf};
+use std::{
+    borrow::Cow,
+    path::{Path, PathBuf},
+};
 
 /// A way of looking at the block.
 pub(crate) struct Step {
@@ -117,12 +120,12 @@ impl Exact {
         });
         let exact = match block.solid.rim_z_mm() {
             _ if block.solid.contour().is_some() => {
-                Subject::of(mesh_of(&block.solid, None), Path::new("the height field"))?
+                Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the height field"))?
             }
-            None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?)),
+            None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?.with_spline())),
             Some(_) => {
                 let heights_mm = block.solid.surface().heights_mm();
-                Subject::of(mesh_of(&block.solid, Some(heights_mm)), Path::new("the height field"))?
+                Subject::of(Cow::Owned(mesh_of(&block.solid, Some(heights_mm))), Path::new("the height field"))?
             }
         };
         let look = |geometry| examiner.look(&exact, Surface::Spline, geometry).map(|seen| seen.image);
@@ -164,7 +167,7 @@ pub(crate) fn of_design(
                 .push(Step { name: format!("{other_name} read back: the vertices of {name}, bit by bit"), seen: None });
             continue;
         }
-        let subject = || Subject::of(other.clone(), path);
+        let subject = || Subject::of(Cow::Borrowed(other), path);
         if other.triangles != judged.mesh.triangles {
             let name = format!("{other_name} read back, its smooth surface");
             ledger.look(&name, &subject()?, Surface::Spline, Geometry::Displaced)?;
@@ -211,7 +214,7 @@ impl Judged {
     /// Reads a file whose coordinates are counted from `origin`.
     pub(crate) fn read(path: &Path, origin: DVec3) -> Result<Self, Failure> {
         let mesh = judge::read(path)?.moved(origin);
-        Ok(Self { path: path.into(), subject: Subject::of(mesh.clone(), path)?, mesh })
+        Ok(Self { path: path.into(), subject: Subject::of(Cow::Borrowed(&mesh), path)?, mesh })
     }
 
     /// Its light in every view that needs the file, but for its smooth surface, which is what is judged.

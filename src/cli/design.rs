@@ -8,7 +8,7 @@ use super::{
     finish::Finished,
     imperfect::Seen,
     json, memory,
-    opinion::{Opinion, draw_weakness},
+    opinion::{Foreseen, Opinion, draw_weakness},
     page::{self, DesignPage},
     plan::Plan,
     progress::TerminalProgress,
@@ -96,11 +96,15 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let block = block?;
     let solved = start.elapsed();
     progress.begin("writing files", 0);
-    let notes = write_files(&plan, &outputs, &block, args.height_map_cutter)?;
+    // Files are made on one core, and wait for the disk.
+    let foresee = || if args.no_verify { Ok(None) } else { Foreseen::of(&plan, &block).map(Some) };
+    let (notes, foreseen) = rayon::join(|| write_files(&plan, &outputs, &block, args.height_map_cutter), foresee);
+    let (notes, foreseen) = (notes?, foreseen?);
     // The way of a tip is no face that light could be traced through.
     let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
     let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
-    let opinion = if args.no_verify { None } else { Some(Opinion::of(&plan, &faces, &block, &progress)?) };
+    let judge = |foreseen| Opinion::of(&plan, &faces, &block, foreseen, &progress);
+    let opinion = foreseen.map(judge).transpose()?;
     progress.begin("drawing", 0);
     let draw = || match &opinion {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &block),

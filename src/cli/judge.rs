@@ -13,7 +13,7 @@ use glasswarp_verify::{
     metrics::{self, Metrics},
     photons,
 };
-use std::path::Path;
+use std::{borrow::Cow, path::Path};
 
 /// What is looked at.
 pub(crate) enum Subject {
@@ -26,15 +26,15 @@ pub(crate) enum Subject {
 impl Subject {
     /// Opens a file whose coordinates are counted from `origin`, and finds out what it holds.
     pub(crate) fn open(path: &Path, origin: DVec3) -> Result<Self, Failure> {
-        Self::of(read(path)?.moved(origin), path)
+        Self::of(Cow::Owned(read(path)?.moved(origin)), path)
     }
 
     /// Finds out what a mesh is; `path` is where it comes from.
-    pub(crate) fn of(mesh: Mesh, path: &Path) -> Result<Self, Failure> {
+    pub(crate) fn of(mesh: Cow<'_, Mesh>, path: &Path) -> Result<Self, Failure> {
         match Block::from_mesh(&mesh) {
-            Ok(block) => Ok(Self::Block(Box::new(block))),
+            Ok(block) => Ok(Self::Block(Box::new(block.with_spline()))),
             Err(error @ BlockError::Unsound(_)) => Err(not_a_block(path, error)),
-            Err(_) => Ok(Self::Solid(Box::new(mesh))),
+            Err(_) => Ok(Self::Solid(Box::new(mesh.into_owned()))),
         }
     }
 

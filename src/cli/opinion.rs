@@ -8,7 +8,7 @@ use super::{
     imperfect::Seen,
     judge::{self, Examiner, Judgement},
     plan::Plan,
-    side_file::{self, SideFile},
+    side_file::{self, BenchRecord, SideFile},
 };
 use glasswarp::{
     export::Format,
@@ -17,7 +17,7 @@ use glasswarp::{
     solver::Progress,
     target::to_picture_order,
 };
-use glasswarp_verify::{Image, PhotonPlan};
+use glasswarp_verify::{Image, PhotonPlan, Scene};
 use image::GrayImage;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -40,6 +40,27 @@ pub(crate) struct Opinion {
     pub(crate) seen: Option<Seen>,
 }
 
+/// The light of a design itself: nothing of it waits for a file.
+pub(crate) struct Foreseen {
+    scene: Scene,
+    exact: budget::Exact,
+}
+
+impl Foreseen {
+    /// Looks at a design on the bench of its plan.
+    pub(crate) fn of(plan: &Plan, block: &Block) -> Result<Self, Failure> {
+        Self::on(scene_of(&BenchRecord::of(&plan.bench).with(&block.solid), &plan.settings)?, plan, block)
+    }
+
+    fn on(scene: Scene, plan: &Plan, block: &Block) -> Result<Self, Failure> {
+        let _span = tracing::info_span!("trace the design").entered();
+        let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
+        // What the solver saw after a finish is not the light of the face as it is.
+        let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
+        Ok(Self { exact: budget::Exact::of(block, &plan.bench, own, &examiner)?, scene })
+    }
+}
+
 impl Opinion {
     /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
     /// most.
@@ -47,6 +68,7 @@ impl Opinion {
         plan: &Plan,
         outputs: &[PathBuf],
         block: &Block,
+        foreseen: Foreseen,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
         progress.begin("reading back and tracing", 3);
@@ -64,16 +86,13 @@ impl Opinion {
             );
             Ok((judgement?, views?, judged))
         };
-        // What the solver saw after a finish is not the light of the face as it is.
-        let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
-        let exact = || budget::Exact::of(block, &plan.bench, own, &examiner);
-        // Reading takes its time, on one core.
-        let (first, (exact, others)) =
-            rayon::join(judge, || rayon::join(exact, || budget::read_others(judged, outputs, &side)));
-        let ((judgement, views, first), exact, others) = (first?, exact?, others?);
+        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
+        let ((judgement, views, first), others) = (first?, others?);
+        // It was looked at before there was a side file.
+        let foreseen = if foreseen.scene == scene { foreseen } else { Foreseen::on(scene.clone(), plan, block)? };
         progress.advance(1);
         let seen = (&first, views);
-        let steps = budget::of_design((block, &plan.bench), exact, seen, &others, &examiner, &judgement)?;
+        let steps = budget::of_design((block, &plan.bench), foreseen.exact, seen, &others, &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         progress.advance(2);
         let finish = plan.settings.finish;

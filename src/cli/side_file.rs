@@ -13,6 +13,7 @@ use glasswarp::{
     light::Light,
     solid::Solid,
 };
+use rayon::prelude::*;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::{
@@ -409,8 +410,9 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     line(format_args!("\n[picture]"))?;
     line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
     line(format_args!("\n[files] # sha256"))?;
-    for output in record.outputs {
-        line(format_args!("{} = \"{}\"", quoted(&file_name(output)), hash(output)?))?;
+    let hashes: Vec<String> = record.outputs.par_iter().map(|output| hash(output)).collect::<Result<_, _>>()?;
+    for (output, hash) in record.outputs.iter().zip(hashes) {
+        line(format_args!("{} = \"{hash}\"", quoted(&file_name(output))))?;
     }
     for output in record.outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok()) {
         line(format_args!(

@@ -19,6 +19,7 @@ use glasswarp::{
 };
 use glasswarp_verify::{Geometry, Image, Surface, metrics, picture};
 use std::{
+    borrow::Cow,
     fmt::Write as _,
     io::Write as _,
     path::{Path, PathBuf},
@@ -167,7 +168,7 @@ pub(crate) fn run(
             Some(subject) => look(value, &plan, subject, side.bench.thinnest_mm + side.bench.relief_mm, pixels),
             None => {
                 let block = plan.design(&Silent)?;
-                let subject = Subject::of(mesh_of(&block.solid, None), Path::new("the block"))?;
+                let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the block"))?;
                 look(value, &plan, &subject, block.solid.thickness_mm(), pixels)
             }
         });

@@ -14,21 +14,28 @@ pub(super) fn in_order(
     format: impl Fn(&mut Vec<u8>, usize) + Sync,
 ) -> io::Result<()> {
     const PIECE: usize = 1 << 12;
-    const PIECES: usize = 1 << 6;
-    for start in items.clone().step_by(PIECE * PIECES) {
-        let texts: Vec<Vec<u8>> = (0..PIECES)
-            .into_par_iter()
-            .map(|k| {
-                let mut text = Vec::with_capacity(PIECE * 40);
-                for item in start + k * PIECE..items.end.min(start + (k + 1) * PIECE) {
-                    format(&mut text, item);
-                }
-                text
-            })
-            .collect();
-        for text in &texts {
-            writer.write_all(text)?;
-        }
+    const PIECES: usize = 1 << 5;
+    let formatted = |start: usize| -> Vec<Vec<u8>> {
+        let piece = |k: usize| {
+            let mut text = Vec::with_capacity(PIECE * 40);
+            for item in start + k * PIECE..items.end.min(start + (k + 1) * PIECE) {
+                format(&mut text, item);
+            }
+            text
+        };
+        (0..PIECES).into_par_iter().map(piece).collect()
+    };
+    let mut texts = formatted(items.start);
+    let mut start = items.start;
+    while start < items.end {
+        start += PIECE * PIECES;
+        let mut next = Vec::new();
+        // The next ones are made while these are written.
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| next = formatted(start));
+            texts.iter().try_for_each(|text| writer.write_all(text))
+        })?;
+        texts = next;
     }
     Ok(())
 }

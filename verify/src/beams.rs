@@ -2,8 +2,8 @@
 
 use crate::{
     block::{Block, corners, halves},
-    film::{Film, Flux, Image, Tally, UNIT},
-    trace::{End, Path, Tracer},
+    film::{Brush, Film, Flux, Image, Tally, UNIT},
+    trace::{End, FromFacet, Path, Row, Tracer},
 };
 use glam::DVec2;
 use rayon::prelude::*;
@@ -45,39 +45,47 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     };
     let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
     let columns = tracer.columns(&xs);
+    if columns.is_none() {
+        tracer.prepare();
+    }
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
         .map(|band| {
-            let mut scratch = Vec::new();
-            let mut trace_row = |row: &mut Vec<Path>, j: usize| {
+            let trace_row = |row: &mut Row, j: usize| {
                 let y = along(lower.y, upper.y, j, ny);
                 match &columns {
-                    Some(columns) => tracer.path_row(columns, y, &mut scratch, row),
+                    Some(columns) => tracer.path_row(columns, y, row),
                     None => {
-                        row.clear();
-                        row.extend(xs.iter().map(|&x| tracer.path_at(DVec2::new(x, y))));
+                        row.paths.clear();
+                        row.paths.extend(xs.iter().map(|&x| tracer.path_at(DVec2::new(x, y))));
                     }
                 }
             };
-            let (mut below, mut above) = (Vec::with_capacity(nx + 1), Vec::with_capacity(nx + 1));
-            let mut tally = Tally::default();
+            let (mut below, mut above) = (Row::default(), Row::default());
+            let mut book = Book::on(&film);
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
-                let (low, high) = (along(lower.y, upper.y, j, ny), along(lower.y, upper.y, j + 1, ny));
-                for i in 0..nx {
-                    let paths = [below[i], below[i + 1], above[i + 1], above[i]];
-                    if is_cut(&paths) {
+                if below.lands() && above.lands() {
+                    let at = |row: &Row, i: usize| film.in_pixels(row.landings[i]);
+                    let (mut a, mut d) = (at(&below, 0), at(&above, 0));
+                    for i in 1..=nx {
+                        let (b, c) = (at(&below, i), at(&above, i));
+                        book.brush.quadrilateral([a, b, c, d], UNIT, &mut book.tally);
+                        (a, d) = (b, c);
+                    }
+                } else {
+                    let (low, high) = (along(lower.y, upper.y, j, ny), along(lower.y, upper.y, j + 1, ny));
+                    for i in 0..nx {
+                        let paths = [below.path(i), below.path(i + 1), above.path(i + 1), above.path(i)];
                         let ends = (DVec2::new(xs[i], low), DVec2::new(xs[i + 1], high));
-                        book_cut(&film, tracer, ends, paths, CUTS, 1.0, &mut tally);
-                    } else {
-                        book(&film, paths, 1.0, &mut tally);
+                        book.cut_beam(tracer, ends, paths, CUTS, 1.0);
                     }
                 }
                 std::mem::swap(&mut below, &mut above);
             }
-            tally
+            book.tally
         })
         .reduce(Tally::default, Tally::plus);
     let beams = (nx * ny) as u64;
@@ -91,27 +99,38 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.nx - 1, block.ny - 1);
     let film = Film::new(&tracer.scene().window);
+    let lines = tracer.facet_lines();
+    if lines.is_none() {
+        tracer.prepare();
+    }
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {
-            let mut tally = Tally::default();
+            let mut book = Book::on(&film);
             for i in 0..columns {
                 let nodes = corners(i, j).map(|(i, j)| block.node(i, j).truncate());
                 for half in halves(block.diagonals[j * columns + i]) {
                     let corners = half.map(|k| nodes[k]);
                     let centre = corners.iter().sum::<DVec2>() / 3.0;
                     let inside = corners.map(|corner| corner.lerp(centre, INSIDE));
-                    let known = tracer.facet_paths((i, j), half, inside);
-                    let [a, b, c] = known.unwrap_or_else(|| inside.map(|at| tracer.path_at(at)));
+                    let known = lines.as_ref().map(|lines| lines.from((i, j), half, inside));
+                    let [a, b, c] = match known {
+                        Some(FromFacet::Landings(at)) => {
+                            book.brush.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut book.tally);
+                            continue;
+                        }
+                        Some(FromFacet::Paths(paths)) => paths,
+                        None => inside.map(|at| tracer.path_at(at)),
+                    };
                     // The fourth corner of a quadrilateral, in the middle of an edge.
                     let middle = match (b.end, c.end) {
                         (End::Receiver(p), End::Receiver(q)) => Path { end: End::Receiver(0.5 * (p + q)), ..b },
                         _ => b,
                     };
-                    book(&film, [a, b, middle, c], 1.0, &mut tally);
+                    book.beam([a, b, middle, c], 1.0);
                 }
             }
-            tally
+            book.tally
         })
         .reduce(Tally::default, Tally::plus);
     // All triangles have the same area as seen by the light: half a cell of a regular grid.
@@ -133,66 +152,73 @@ fn is_cut(paths: &[Path; 4]) -> bool {
     dark > 0 && dark < 4
 }
 
-/// Books a beam that the border of the light cuts: in quarters, and those again, as often as `cuts` says. Its corners are paths counter-clockwise from `lower`.
-fn book_cut(
-    film: &Film,
-    tracer: &Tracer,
-    (lower, upper): (DVec2, DVec2),
-    paths: [Path; 4],
-    cuts: u32,
-    share: f64,
-    tally: &mut Tally,
-) {
-    if cuts == 0 || !is_cut(&paths) {
-        book(film, paths, share, tally);
-        return;
-    }
-    let middle = 0.5 * (lower + upper);
-    let [left, right, below, above, centre] = [
-        DVec2::new(lower.x, middle.y),
-        DVec2::new(upper.x, middle.y),
-        DVec2::new(middle.x, lower.y),
-        DVec2::new(middle.x, upper.y),
-        middle,
-    ]
-    .map(|at| tracer.path_at(at));
-    let [a, b, c, d] = paths;
-    for (ends, paths) in [
-        ((lower, middle), [a, below, centre, left]),
-        ((DVec2::new(middle.x, lower.y), DVec2::new(upper.x, middle.y)), [below, b, right, centre]),
-        ((middle, upper), [centre, right, c, above]),
-        ((DVec2::new(lower.x, middle.y), DVec2::new(middle.x, upper.y)), [left, centre, above, d]),
-    ] {
-        book_cut(film, tracer, ends, paths, cuts - 1, 0.25 * share, tally);
-    }
+/// Where beams are booked.
+struct Book<'a> {
+    film: &'a Film,
+    brush: Brush<'a>,
+    tally: Tally,
 }
 
-/// Books this share of one beam.
-#[inline]
-fn book(film: &Film, paths: [Path; 4], share: f64, tally: &mut Tally) {
-    let mut landings = [DVec2::ZERO; 4];
-    let mut together = true;
-    let (mut power, mut arrives) = (0.0, 0.0);
-    for (landing, path) in landings.iter_mut().zip(&paths) {
-        power += 0.25 * path.power;
-        arrives += 0.25 * path.power * path.transmittance;
-        match path.end {
-            End::Receiver(at) if path.signature == paths[0].signature => *landing = at,
-            _ => together = false,
+impl<'a> Book<'a> {
+    fn on(film: &'a Film) -> Self {
+        Self { film, brush: Brush::on(film), tally: Tally::default() }
+    }
+
+    /// Books a share of a beam between two corners; if the border of the light cuts it, in quarters, and those again, as often as
+    /// `cuts` says. Paths are counter-clockwise from `lower`.
+    fn cut_beam(&mut self, tracer: &Tracer, (lower, upper): (DVec2, DVec2), paths: [Path; 4], cuts: u32, share: f64) {
+        if cuts == 0 || !is_cut(&paths) {
+            self.beam(paths, share);
+            return;
+        }
+        let middle = 0.5 * (lower + upper);
+        let [left, right, below, above, centre] = [
+            DVec2::new(lower.x, middle.y),
+            DVec2::new(upper.x, middle.y),
+            DVec2::new(middle.x, lower.y),
+            DVec2::new(middle.x, upper.y),
+            middle,
+        ]
+        .map(|at| tracer.path_at(at));
+        let [a, b, c, d] = paths;
+        for (ends, paths) in [
+            ((lower, middle), [a, below, centre, left]),
+            ((DVec2::new(middle.x, lower.y), DVec2::new(upper.x, middle.y)), [below, b, right, centre]),
+            ((middle, upper), [centre, right, c, above]),
+            ((DVec2::new(lower.x, middle.y), DVec2::new(middle.x, upper.y)), [left, centre, above, d]),
+        ] {
+            self.cut_beam(tracer, ends, paths, cuts - 1, 0.25 * share);
         }
     }
-    let in_units = |power: f64| (power * share * UNIT as f64) as u64;
-    if together {
-        let all = in_units(power);
-        let units = in_units(arrives).min(all);
-        film.splat(landings, units, tally);
-        tally.reflected += u128::from(all - units);
-    } else {
-        for path in paths {
-            let all = in_units(0.25 * path.power);
-            let units = in_units(0.25 * path.power * path.transmittance).min(all);
-            film.record(path.end, units, tally);
+
+    /// Books a share of one beam.
+    #[inline]
+    fn beam(&mut self, paths: [Path; 4], share: f64) {
+        let Self { film, brush, tally } = self;
+        let mut landings = [DVec2::ZERO; 4];
+        let mut together = true;
+        let (mut power, mut arrives) = (0.0, 0.0);
+        for (landing, path) in landings.iter_mut().zip(&paths) {
+            power += 0.25 * path.power;
+            arrives += 0.25 * path.power * path.transmittance;
+            match path.end {
+                End::Receiver(at) if path.signature == paths[0].signature => *landing = at,
+                _ => together = false,
+            }
+        }
+        let in_units = |power: f64| (power * share * UNIT as f64) as u64;
+        if together {
+            let all = in_units(power);
+            let units = in_units(arrives).min(all);
+            brush.quadrilateral(landings.map(|at| film.in_pixels(at)), units, tally);
             tally.reflected += u128::from(all - units);
+        } else {
+            for path in paths {
+                let all = in_units(0.25 * path.power);
+                let units = in_units(0.25 * path.power * path.transmittance).min(all);
+                film.record(path.end, units, tally);
+                tally.reflected += u128::from(all - units);
+            }
         }
     }
 }

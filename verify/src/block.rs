@@ -4,6 +4,7 @@ use crate::{
     mesh::Mesh,
     outline::{Border, wall_tops},
     solid,
+    spline::Bicubic,
 };
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -20,9 +21,11 @@ pub struct Block {
     xs: Vec<f64>,
     ys: Vec<f64>,
     /// Heights at the nodes, mm, row-major, rows along +y.
-    pub(crate) heights: Vec<f64>,
+    pub(crate) heights: Arc<Vec<f64>>,
     /// How every cell is cut into two triangles.
-    pub(crate) diagonals: Vec<Diagonal>,
+    pub(crate) diagonals: Arc<Vec<Diagonal>>,
+    /// The spline through the nodes, if it is at hand.
+    spline: Option<Arc<Bicubic>>,
     /// Normals at the nodes as the file gives them.
     pub(crate) normals: Option<Vec<DVec3>>,
     /// The plane around the exit face, mm, if there is one.
@@ -168,8 +171,9 @@ impl Block {
             ny,
             xs: places(nx, lower.x, upper.x),
             ys: places(ny, lower.y, upper.y),
-            heights,
-            diagonals,
+            heights: Arc::new(heights),
+            diagonals: Arc::new(diagonals),
+            spline: None,
             normals,
             rim_z,
             border,
@@ -189,7 +193,7 @@ impl Block {
         heights: Vec<f64>,
     ) -> Result<Self, BlockError> {
         let refused = |why: String| Err(BlockError::Grid { why });
-        if nx.min(ny) < crate::spline::Bicubic::LEAST_NODES || nx.checked_mul(ny) != Some(heights.len()) {
+        if nx.min(ny) < Bicubic::LEAST_NODES || nx.checked_mul(ny) != Some(heights.len()) {
             return refused(format!("{} heights on {nx} columns and {ny} rows", heights.len()));
         }
         if let Some(k) = heights.iter().position(|z| !(z.is_finite() && *z > entry_z_mm)) {
@@ -209,8 +213,9 @@ impl Block {
             ny,
             xs: places(nx, lower.x, upper.x),
             ys: places(ny, lower.y, upper.y),
-            heights,
-            diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
+            heights: Arc::new(heights),
+            diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
+            spline: None,
             normals: None,
             rim_z: None,
             border: None,
@@ -251,6 +256,20 @@ impl Block {
         }
         self.normals = Some(normals);
         Ok(self)
+    }
+
+    /// The same block with the spline through its nodes at hand, for all tracers that will be made of it.
+    #[must_use]
+    pub fn with_spline(mut self) -> Self {
+        self.spline = Some(self.spline());
+        self
+    }
+
+    /// The spline through the nodes.
+    pub(crate) fn spline(&self) -> Arc<Bicubic> {
+        let (lower, upper) = (self.lower.to_array(), self.upper.to_array());
+        let through = || Arc::new(Bicubic::through(&self.heights, self.nx, self.ny, lower, upper));
+        self.spline.clone().unwrap_or_else(through)
     }
 
     /// Nodes of the exit face along x and y.
@@ -473,7 +492,7 @@ fn lines(
     // Within a line coordinates differ by rounding only. The gap separates up to 50 000 lines from f32 noise.
     at.dedup_by(|b, a| *b - *a < 1e-5);
     let count = at.len();
-    if count < crate::spline::Bicubic::LEAST_NODES {
+    if count < Bicubic::LEAST_NODES {
         return Err(BlockError::Grid { why: format!("only {count} lines along {name}; 4 are needed") });
     }
     for (k, &position) in at.iter().enumerate() {

@@ -1,5 +1,9 @@
 //! Irradiance on the receiver: collected in exact integer arithmetic, shown as a picture.
 
+mod brush;
+
+pub(crate) use brush::Brush;
+
 use crate::{scene::Window, trace::End};
 use glam::DVec2;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -33,53 +37,6 @@ impl Image {
     pub fn mean(&self) -> f64 {
         // Row by row, so that rounding does not grow with the size of the image.
         self.values.chunks(self.nx.max(1)).map(|row| row.iter().sum::<f64>()).sum::<f64>() / self.values.len() as f64
-    }
-}
-
-/// Polygons of a smaller area, in pixels, are treated as points.
-const LEAST_AREA: f64 = 1e-12;
-
-/// Signed area of the part of a polygon to the left of and above `corner` (x and y less than its own): by Green's theorem the
-/// integral of min(x, corner.x) dy over the edges, as far as y < corner.y. Coordinates are taken relative to `origin`, near
-/// the polygon, so that no digits are lost.
-#[inline]
-fn part_below(polygon: &[DVec2], origin: DVec2, corner: DVec2) -> f64 {
-    let limit = corner - origin;
-    if limit.x <= 0.0 || limit.y <= 0.0 {
-        return 0.0;
-    }
-    let mut sum = 0.0;
-    let mut a = polygon[polygon.len() - 1] - origin;
-    for &vertex in polygon {
-        let b = vertex - origin;
-        sum += under_edge(a, b, limit);
-        a = b;
-    }
-    sum
-}
-
-/// The contribution of the edge from `a` to `b`.
-#[inline]
-fn under_edge(mut a: DVec2, mut b: DVec2, limit: DVec2) -> f64 {
-    let sign = if a.y <= b.y { 1.0 } else { -1.0 };
-    if sign < 0.0 {
-        std::mem::swap(&mut a, &mut b);
-    }
-    if a.y >= limit.y {
-        return 0.0;
-    }
-    if b.y > limit.y {
-        b = DVec2::new(a.x + (b.x - a.x) * (limit.y - a.y) / (b.y - a.y), limit.y);
-    }
-    let dy = sign * (b.y - a.y);
-    let (least, greatest) = if a.x <= b.x { (a.x, b.x) } else { (b.x, a.x) };
-    if greatest <= limit.x {
-        0.5 * (least + greatest) * dy
-    } else if least >= limit.x {
-        limit.x * dy
-    } else {
-        let inside = limit.x - least;
-        (limit.x - 0.5 * inside * inside / (greatest - least)) * dy
     }
 }
 
@@ -179,13 +136,13 @@ impl Film {
 
     /// A point of the receiver in pixels from the top left of the picture.
     #[inline]
-    fn in_pixels(&self, at_mm: DVec2) -> DVec2 {
+    pub(crate) fn in_pixels(&self, at_mm: DVec2) -> DVec2 {
         (self.origin - at_mm) * self.per_mm
     }
 
     #[inline]
-    fn add(&self, column: usize, row: usize, units: u64) {
-        self.pixels[row * self.nx + column].fetch_add(units, Relaxed);
+    fn add(&self, pixel: usize, units: u64) {
+        self.pixels[pixel].fetch_add(units, Relaxed);
     }
 
     /// Books the power of a ray where it ends.
@@ -196,7 +153,7 @@ impl Film {
                 let p = self.in_pixels(at);
                 // A comparison that is false for NaN, so that no nonsense is booked as light.
                 if p.x >= 0.0 && p.y >= 0.0 && p.x < self.nx as f64 && p.y < self.ny as f64 {
-                    self.add(p.x as usize, p.y as usize, units);
+                    self.add(self.pixel(p.x as usize, p.y as usize), units);
                     &mut tally.window
                 } else if p.is_nan() {
                     &mut tally.lost
@@ -212,77 +169,10 @@ impl Film {
         *account += u128::from(units);
     }
 
-    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, given in their order round
-    /// the beam; every pixel gets the part that it covers.
+    /// The pixel of this column and row, on this film.
     #[inline]
-    pub(crate) fn splat(&self, corners: [DVec2; 4], units: u64, tally: &mut Tally) {
-        let [a, b, c, d] = corners.map(|p| self.in_pixels(p));
-        let (lo, hi) = (a.min(b).min(c).min(d), a.max(b).max(c).max(d));
-        let limit = DVec2::new(self.nx as f64, self.ny as f64);
-        if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
-            // Truncation is much quicker than rounding down, and the same here.
-            let (column, row) = (lo.x as u32, lo.y as u32);
-            if (column, row) == (hi.x as u32, hi.y as u32) {
-                self.add(column as usize, row as usize, units);
-                tally.window += u128::from(units);
-                return;
-            }
-        }
-        let turns =
-            [(b - a).perp_dot(c - b), (c - b).perp_dot(d - c), (d - c).perp_dot(a - d), (a - d).perp_dot(b - a)];
-        if turns.iter().all(|&t| t > 0.0) || turns.iter().all(|&t| t < 0.0) {
-            self.spread(&[a, b, c, d], units, tally);
-        } else {
-            // Folded or bent inwards: each triangle of an even beam carries half of its power.
-            self.spread(&[a, b, c], units / 2, tally);
-            self.spread(&[a, c, d], units - units / 2, tally);
-        }
-    }
-
-    /// Spreads power evenly over a polygon without self-intersections, in pixels.
-    fn spread(&self, polygon: &[DVec2], units: u64, tally: &mut Tally) {
-        let (lo, hi) =
-            polygon.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(lo, hi), &p| (lo.min(p), hi.max(p)));
-        if !(lo.is_finite() && hi.is_finite()) {
-            tally.lost += u128::from(units);
-            return;
-        }
-        let limit = DVec2::new(self.nx as f64, self.ny as f64);
-        let (first, last) = (lo.floor().max(DVec2::ZERO), hi.floor().min(limit - 1.0));
-        let area = part_below(polygon, lo, hi);
-        let mut booked = 0;
-        if area.abs() < LEAST_AREA {
-            // Light on a line: as good as on its centre.
-            let centre = 0.5 * (lo + hi);
-            if centre.cmpge(DVec2::ZERO).all() && centre.cmplt(limit).all() {
-                self.add(centre.x as usize, centre.y as usize, units);
-                booked = units;
-            }
-        } else {
-            let scale = units as f64 / area;
-            let mut row = first.y;
-            while row <= last.y {
-                let mut below = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(first.x, y)));
-                let mut column = first.x;
-                while column <= last.x {
-                    let next = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(column + 1.0, y)));
-                    let covered = (next[1] - below[1]) - (next[0] - below[0]);
-                    let share = ((scale * covered).max(0.0) as u64).min(units - booked);
-                    self.add(column as usize, row as usize, share);
-                    booked += share;
-                    below = next;
-                    column += 1.0;
-                }
-                row += 1.0;
-            }
-            if lo.cmpge(DVec2::ZERO).all() && hi.cmplt(limit).all() {
-                // What rounding left.
-                self.add(first.x as usize, first.y as usize, units - booked);
-                booked = units;
-            }
-        }
-        tally.window += u128::from(booked);
-        tally.missed += u128::from(units - booked);
+    fn pixel(&self, column: usize, row: usize) -> usize {
+        row * self.nx + column
     }
 
     /// The collected power of every pixel in [`UNIT`]s, in picture order; the film is empty afterwards.
@@ -327,8 +217,9 @@ mod tests {
         let square = |x: f64, y: f64| {
             [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| DVec2::new(x + u, y + v))
         };
-        film.splat(square(0.0, 0.0), UNIT, &mut tally);
-        film.splat(square(2.0, 2.0), UNIT, &mut tally);
+        for (x, y) in [(0.0, 0.0), (2.0, 2.0)] {
+            Brush::on(&film).quadrilateral(square(x, y).map(|p| film.in_pixels(p)), UNIT, &mut tally);
+        }
         let image = film.develop(16 * u128::from(UNIT));
         for k in [5, 6, 9, 10] {
             assert!((image.values[k] - 0.25).abs() < 1e-9);

@@ -1,7 +1,7 @@
 //! An indexed triangle mesh, as it was read from a file.
 
 use glam::DVec3;
-use std::{collections::hash_map::RandomState, hash::BuildHasher};
+use std::cmp::Ordering;
 
 /// A triangle mesh in the frame of the block: millimetres, light along `+z`.
 ///
@@ -62,62 +62,127 @@ impl Mesh {
 }
 
 /// Gives equal positions one index, in the order of their first appearance.
+///
+/// Neighbouring triangles share corners, and rows of triangles meet a row of vertices once more: most positions that are known are found
+/// among those of late. What is not found there is sorted in the end. No choice of positions makes that slow.
 pub(crate) struct Welder {
+    /// Some of them more than once.
     vertices: Vec<DVec3>,
-    /// Open addressing, capacity a power of two, `EMPTY` or an index into `vertices`.
-    table: Vec<u32>,
-    /// Chosen at random per run, so that no file can be made to collide; the result does not depend on it.
-    key: u64,
+    /// The last few indices given.
+    recent: [u32; RECENT],
+    /// Where the next will be written.
+    oldest: usize,
+    /// What follows the last index that was met again after a while.
+    next: u32,
+    /// Indices given of late, each at a place that its position decides.
+    late: Box<[u32; LATE]>,
 }
 
-const EMPTY: u32 = u32::MAX;
+/// Indices kept at hand: the corners of two triangles.
+const RECENT: usize = 4;
+/// Indices kept by position: more than two rows of vertices, and no more than a cache holds.
+const LATE: usize = 1 << 14;
+
+/// Indices that turned out to be the same: for every index its final one.
+pub(crate) struct Renumbered(Option<Vec<u32>>);
+
+impl Renumbered {
+    pub(crate) fn apply(&self, triangles: &mut [[u32; 3]]) {
+        if let Self(Some(numbers)) = self {
+            triangles.as_flattened_mut().iter_mut().for_each(|index| *index = numbers[*index as usize]);
+        }
+    }
+}
 
 impl Welder {
     pub(crate) fn with_expected(vertices: usize) -> Self {
-        let capacity = (2 * vertices).next_power_of_two().max(64);
-        Self { vertices: Vec::new(), table: vec![EMPTY; capacity], key: RandomState::new().hash_one(capacity) | 1 }
+        Self {
+            vertices: Vec::with_capacity(vertices),
+            recent: [0; RECENT],
+            oldest: 0,
+            next: 0,
+            late: Box::new([0; LATE]),
+        }
     }
 
-    /// The index of this position. `None` once 2³² - 1 positions are known.
+    /// An index of this position, until [`finish`](Self::finish) renumbers them. `None` once 2³² - 1 are given.
     pub(crate) fn index(&mut self, position: DVec3) -> Option<u32> {
         // Adding zero turns -0 into +0, which is the same place.
         let position = position + DVec3::ZERO;
-        if 2 * self.vertices.len() >= self.table.len() {
-            self.grow();
+        let is_at = |k: u32| self.vertices.get(k as usize) == Some(&position);
+        if let Some(&known) = self.recent.iter().find(|&&k| is_at(k)) {
+            return Some(known);
         }
-        let slot = self.slot(position);
-        if self.table[slot] == EMPTY {
-            let index = u32::try_from(self.vertices.len()).ok().filter(|&i| i != EMPTY)?;
-            self.table[slot] = index;
+        let late = &mut self.late[place(position)];
+        let index = if is_at(self.next) {
+            self.next
+        } else if is_at(*late) {
+            *late
+        } else {
+            *late = u32::try_from(self.vertices.len()).ok().filter(|&i| i != u32::MAX)?;
             self.vertices.push(position);
-        }
-        Some(self.table[slot])
-    }
-
-    pub(crate) fn into_vertices(self) -> Vec<DVec3> {
-        self.vertices
-    }
-
-    fn slot(&self, position: DVec3) -> usize {
-        let mix = |hash: u64, value: f64| {
-            let h = (hash ^ value.to_bits()).wrapping_mul(self.key).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-            h ^ (h >> 29)
+            *late
         };
-        let mask = self.table.len() - 1;
-        let mut slot = mix(mix(mix(self.key, position.x), position.y), position.z) as usize & mask;
-        while self.table[slot] != EMPTY && self.vertices[self.table[slot] as usize] != position {
-            slot = (slot + 1) & mask;
+        if index as usize + 1 < self.vertices.len() {
+            self.next = index + 1;
         }
-        slot
+        self.recent[self.oldest] = index;
+        self.oldest = (self.oldest + 1) % RECENT;
+        Some(index)
     }
 
-    fn grow(&mut self) {
-        self.table = vec![EMPTY; 2 * self.table.len()];
-        for index in 0..self.vertices.len() {
-            let slot = self.slot(self.vertices[index]);
-            self.table[slot] = index as u32;
+    /// Distinct positions, and how indices change.
+    pub(crate) fn finish(mut self) -> (Vec<DVec3>, Renumbered) {
+        // Both ways are stable. Files that list vertices row by row are in order but for a few; others had better be moved as they are
+        // compared.
+        let descents = self.vertices.windows(2).filter(|pair| along_rows(&pair[0], &pair[1]).is_gt()).count();
+        let mut numbers: Vec<u32> = Vec::new();
+        let mut same = |first: u32, second: u32| {
+            if numbers.is_empty() {
+                numbers.extend(0..self.vertices.len() as u32);
+            }
+            numbers[second as usize] = numbers[first as usize];
+        };
+        if descents < self.vertices.len() / 16 {
+            let mut sorted: Vec<u32> = (0..self.vertices.len() as u32).collect();
+            let at = |k: u32| self.vertices[k as usize];
+            sorted.sort_by(|&a, &b| along_rows(&at(a), &at(b)));
+            sorted.windows(2).filter(|pair| at(pair[0]) == at(pair[1])).for_each(|pair| same(pair[0], pair[1]));
+        } else {
+            let mut sorted: Vec<(DVec3, u32)> = self.vertices.iter().copied().zip(0..).collect();
+            sorted.sort_by(|(a, _), (b, _)| along_rows(a, b));
+            sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).for_each(|pair| same(pair[0].1, pair[1].1));
         }
+        if numbers.is_empty() {
+            return (self.vertices, Renumbered(None));
+        }
+        let mut kept = 0;
+        for k in 0..numbers.len() {
+            if numbers[k] as usize == k {
+                self.vertices[kept] = self.vertices[k];
+                numbers[k] = kept as u32;
+                kept += 1;
+            } else {
+                // The first of those that are the same, whose number is known by now.
+                numbers[k] = numbers[numbers[k] as usize];
+            }
+        }
+        self.vertices.truncate(kept);
+        (self.vertices, Renumbered(Some(numbers)))
     }
+}
+
+/// The order of positions along rows.
+fn along_rows(a: &DVec3, b: &DVec3) -> Ordering {
+    let order = |a: f64, b: f64| a.partial_cmp(&b).unwrap_or(Ordering::Equal);
+    order(a.y, b.y).then_with(|| order(a.x, b.x)).then_with(|| order(a.z, b.z))
+}
+
+/// Where the index of a position is kept.
+fn place(position: DVec3) -> usize {
+    let mix = |hash: u64, value: f64| (hash.rotate_left(32) ^ value.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let hash = mix(mix(mix(0, position.x), position.y), position.z);
+    (hash >> (u64::BITS - LATE.trailing_zeros())) as usize
 }
 
 #[cfg(test)]
@@ -127,11 +192,46 @@ mod tests {
     #[test]
     fn welding_keeps_first_appearance_order_and_merges_signed_zeros() {
         let mut welder = Welder::with_expected(0);
-        let points: Vec<DVec3> = (0..5000).map(|k| DVec3::new(f64::from(k % 1000), -0.5, 0.25)).collect();
-        let indices: Vec<u32> = points.iter().map(|&p| welder.index(p).unwrap()).collect();
-        assert!((0..5000).all(|k| indices[k] == (k % 1000) as u32));
-        assert_eq!(welder.index(DVec3::new(-0.0, -0.5, 0.25)), Some(0));
-        assert_eq!(welder.into_vertices().len(), 1000);
+        let points = (0..5001).map(|k| DVec3::new(f64::from(k % 1000), -0.5, 0.25));
+        let mut triangles: Vec<[u32; 3]> = points.map(|p| [welder.index(p).unwrap(); 3]).collect();
+        triangles.push([welder.index(DVec3::new(-0.0, -0.5, 0.25)).unwrap(); 3]);
+        let (vertices, renumbered) = welder.finish();
+        renumbered.apply(&mut triangles);
+        assert_eq!(vertices.len(), 1000);
+        assert!((0..5001).all(|k| triangles[k] == [(k % 1000) as u32; 3]) && triangles[5001] == [0; 3]);
+    }
+
+    #[test]
+    fn triangles_in_any_order_are_welded_alike() {
+        // Corners of the cells of a grid, whose nodes are numbered by their first appearance.
+        let n = 40;
+        let mut cells: Vec<usize> = (0..n * n).collect();
+        for stride in [1, 7, 799, 1599] {
+            cells.sort_by_key(|k| k * stride % (n * n));
+            let mut welder = Welder::with_expected(0);
+            let corner = |k: usize, c: usize| (k % n + c % 2, k / n + c / 2);
+            let mut triangles: Vec<[u32; 3]> = Vec::new();
+            let mut wanted: Vec<(usize, usize)> = Vec::new();
+            for &k in &cells {
+                for half in [[0, 1, 3], [0, 3, 2]] {
+                    let at = half.map(|c| corner(k, c));
+                    let position = |(i, j)| DVec3::new(i as f64, j as f64, (i * j % 5) as f64);
+                    triangles.push(at.map(|node| welder.index(position(node)).unwrap()));
+                    at.iter().for_each(|node| {
+                        if !wanted.contains(node) {
+                            wanted.push(*node);
+                        }
+                    });
+                }
+            }
+            let (vertices, renumbered) = welder.finish();
+            renumbered.apply(&mut triangles);
+            assert_eq!(vertices.len(), (n + 1) * (n + 1));
+            assert!(vertices.iter().zip(&wanted).all(|(v, &(i, j))| (v.x, v.y) == (i as f64, j as f64)), "{stride}");
+            assert!(triangles.iter().flatten().all(|&v| (v as usize) < vertices.len()));
+            let first = triangles[0].map(|v| wanted[v as usize]);
+            assert_eq!(first, [0, 1, 3].map(|c| corner(cells[0], c)));
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Refraction and reflection at a smooth interface.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// What an interface does to a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,18 @@ pub(crate) fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Interface {
     Interface::Refracted(Refraction { direction, eta, cos_i, cos_t })
 }
 
+/// Snell's law for light along z that meets a face of these slopes in a medium of this index relative to the one behind it: what the
+/// light goes aside for every unit along z. NaN beyond the critical angle.
+///
+/// With the normal `(-slope, 1)`, whose square is `g`, [`refract`] reads `t = (0, 0, ior) + ((w - ior) / g) normal` where
+/// `w^2 = g - ior^2 (g - 1)`.
+#[inline(always)]
+pub(crate) fn tangent_behind(slope: DVec2, ior: f64) -> DVec2 {
+    let g = 1.0 + slope.length_squared();
+    let turn = (g - ior * ior * (g - 1.0)).sqrt() - ior;
+    slope * (-turn / (ior * g + turn))
+}
+
 /// The mirror image of `direction` in the plane with this unit normal.
 #[inline]
 pub(crate) fn reflect(direction: DVec3, normal: DVec3) -> DVec3 {
@@ -76,6 +88,20 @@ mod tests {
         let at = |a: f64| refract(DVec3::new(a.sin(), 0.0, a.cos()), DVec3::Z, 1.5);
         assert!(matches!(at(limit - 1e-9), Interface::Refracted(_)));
         assert_eq!(at(limit + 1e-9), Interface::TotallyReflected);
+    }
+
+    #[test]
+    fn light_along_the_axis_obeys_the_same_law() {
+        for slope in [DVec2::ZERO, DVec2::new(0.3, -0.2), DVec2::new(-0.8, 0.1), DVec2::new(0.0, 1e-9)] {
+            for ior in [1.5, 1.0 / 1.5] {
+                let Interface::Refracted(left) = refract(DVec3::Z, (-slope).extend(1.0).normalize(), ior) else {
+                    panic!("{slope} is within the critical angle")
+                };
+                let wanted = left.direction.truncate() / left.direction.z;
+                assert!((tangent_behind(slope, ior) - wanted).length() < 1e-15, "{slope} {ior}");
+            }
+        }
+        assert!(tangent_behind(DVec2::new(1.0, 0.0), 1.5).is_nan(), "41.8 degrees is the limit");
     }
 
     #[test]

@@ -107,6 +107,7 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
     within("the shard", plan.shard.into(), 0, u64::from(plan.shards) - 1)?;
     within("the number of photons", plan.photons, 1, MOST_PHOTONS)?;
 
+    tracer.prepare();
     let (lower, upper) = tracer.aperture_mm();
     let size = upper - lower;
     let each = plan.photons.div_ceil(plan.replicates.into());
@@ -143,9 +144,12 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
             .reduce(Tally::default, Tally::plus);
         tally.fates = tally.fates.plus(fates);
         for ((sum, square), units) in tally.sums.iter_mut().zip(&mut tally.squares).zip(film.take()) {
-            let units = u128::from(units);
-            *sum += units;
-            *square += units * units;
+            // A replicate has fewer photons than there are pixels, as a rule.
+            if units > 0 {
+                let units = u128::from(units);
+                *sum += units;
+                *square += units * units;
+            }
         }
     }
     Ok(tally)

@@ -1,19 +1,19 @@
 //! The normals that smooth shading interpolates.
 
-use crate::{block::Block, spline::Bicubic};
+use crate::block::Block;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Unit normals at the nodes of the exit face: the file's own, else those of the spline through the nodes.
 pub(crate) fn node_normals(block: &Block) -> Vec<DVec3> {
     if let Some(normals) = &block.normals {
         return normals.clone();
     }
-    let (lower, upper) = (block.lower.to_array(), block.upper.to_array());
-    let spline = Bicubic::through(&block.heights, block.nx, block.ny, lower, upper);
+    let spline = block.spline();
     let normal = |k: usize| {
         let p = block.node(k % block.nx, k / block.nx);
         let jet = spline.jet(p.x, p.y);
         DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
     };
-    (0..block.heights.len()).map(normal).collect()
+    (0..block.heights.len()).into_par_iter().map(normal).collect()
 }

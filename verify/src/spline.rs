@@ -93,7 +93,6 @@ pub(crate) struct Columns(Vec<Column>);
 
 #[derive(Clone, Copy, Debug)]
 struct Column {
-    x: f64,
     cell: usize,
     value: [f64; 4],
     slope: [f64; 4],
@@ -104,14 +103,14 @@ impl Bicubic {
     pub(crate) fn columns(&self, xs: &[f64]) -> Columns {
         let column = |&x: &f64| {
             let (cell, value, slope) = weights((x - self.lower[0]) * self.per_mm[0], self.cells[0]);
-            Column { x, cell, value, slope }
+            Column { cell, value, slope }
         };
         Columns(xs.iter().map(column).collect())
     }
 
-    /// Calls `f(x, jet)` for every column of a row: the values of [`jet`](Self::jet), but for rounding. `scratch` is kept from row to
-    /// row for its memory.
-    pub(crate) fn row(&self, columns: &Columns, y: f64, scratch: &mut Vec<[f64; 2]>, mut f: impl FnMut(f64, Jet)) {
+    /// Calls `f` with every column of a row, by its number: the values of [`jet`](Self::jet), but for rounding. `scratch` is kept from
+    /// row to row for its memory.
+    pub(crate) fn row(&self, columns: &Columns, y: f64, scratch: &mut Vec<[f64; 2]>, mut f: impl FnMut(usize, Jet)) {
         let (j, wy, dy) = weights((y - self.lower[1]) * self.per_mm[1], self.cells[1]);
         let width = self.cells[0] + 3;
         let line = |k: usize| &self.coefficients[(j + k) * width..(j + k + 1) * width];
@@ -122,11 +121,11 @@ impl Bicubic {
             let along = |w: [f64; 4]| w[0] * a[i] + w[1] * b[i] + w[2] * c[i] + w[3] * d[i];
             [along(wy), along(dy)]
         }));
-        for Column { x, cell, value, slope } in &columns.0 {
-            let [p, q, r, s] = [scratch[*cell], scratch[cell + 1], scratch[cell + 2], scratch[cell + 3]];
+        for (k, Column { cell, value, slope }) in columns.0.iter().enumerate() {
+            let Some(&[p, q, r, s]) = scratch.get(*cell..cell + 4).and_then(|c| c.first_chunk()) else { continue };
             let along = |w: &[f64; 4], k: usize| w[0] * p[k] + w[1] * q[k] + w[2] * r[k] + w[3] * s[k];
             let zx = along(slope, 0) * self.per_mm[0];
-            f(*x, Jet { z: along(value, 0), zx, zy: along(value, 1) * self.per_mm[1] });
+            f(k, Jet { z: along(value, 0), zx, zy: along(value, 1) * self.per_mm[1] });
         }
     }
 }
@@ -241,9 +240,9 @@ mod tests {
         let (columns, mut scratch) = (spline.columns(&xs), Vec::new());
         for y in [-2.0, -1.3, 0.0, 0.77, 2.5] {
             let mut met = 0;
-            spline.row(&columns, y, &mut scratch, |x, jet| {
-                let one = spline.jet(x, y);
-                assert!(x == xs[met] && (jet.z - one.z).abs() < 1e-14);
+            spline.row(&columns, y, &mut scratch, |k, jet| {
+                let one = spline.jet(xs[k], y);
+                assert!(k == met && (jet.z - one.z).abs() < 1e-14);
                 assert!((jet.zx - one.zx).abs() < 1e-13 && (jet.zy - one.zy).abs() < 1e-13);
                 met += 1;
             });

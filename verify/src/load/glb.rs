@@ -1,6 +1,6 @@
 //! Binary glTF: metres and +Y up, turned into the frame of the block.
 
-use super::{Allowance, Assembler, LoadError};
+use super::{Allowance, Assembler, LoadError, Points};
 use crate::mesh::Mesh;
 use glam::{DMat3, DMat4, DVec3};
 use gltf::{
@@ -96,9 +96,11 @@ fn add(
         .ok_or_else(|| malformed("positions cannot be read"))?
         .map(|v| 1000.0 * to_frame(placed.transform_point3(vector(v))))
         .collect();
+    let count = positions.len();
+    let mut points = Points::new(positions);
     let indices: Vec<u32> = match reader.read_indices() {
         Some(indices) => indices.into_u32().collect(),
-        None => (0..positions.len() as u32).collect(),
+        None => (0..count as u32).collect(),
     };
     if !indices.len().is_multiple_of(3) {
         return Err(malformed(format!("{} indices are not triples", indices.len())));
@@ -114,11 +116,8 @@ fn add(
     for corners in indices.chunks_exact(3) {
         let corners =
             if mirrored { [corners[0], corners[2], corners[1]] } else { [corners[0], corners[1], corners[2]] };
-        let mut at = [DVec3::ZERO; 3];
-        for (at, &k) in at.iter_mut().zip(&corners) {
-            *at = *positions.get(k as usize).ok_or_else(|| malformed(format!("index {k} points at nothing")))?;
-        }
-        assembler.triangle(at)?;
+        let nothing = |k| malformed(format!("index {k} points at nothing"));
+        assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
         if with_normals {
             assembler.normal_corners.push(corners.map(|k| first_normal + k));
         }

@@ -12,7 +12,12 @@ mod three_mf;
 
 use crate::mesh::{CornerNormals, Mesh, Welder};
 use glam::DVec3;
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    io,
+    num::NonZeroU32,
+    path::{Path, PathBuf},
+};
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -117,9 +122,20 @@ impl Format {
 /// See [`LoadError`].
 pub fn read(path: &Path) -> Result<Mesh, LoadError> {
     let format = Format::from_path(path)?;
-    let bytes = std::fs::read(path).map_err(|source| LoadError::Read { path: path.into(), source })?;
-    parse(format, &bytes)
+    let failed = |source| LoadError::Read { path: path.into(), source };
+    let mut file = File::open(path).map_err(failed)?;
+    let about = file.metadata().map_err(failed)?;
+    // The large ones, piece by piece: memory that is new to a process takes more time than parsing.
+    let mesh = match format {
+        Format::Stl if about.is_file() => stl::stream(&mut file, about.len(), &failed)?,
+        Format::Obj if about.is_file() => obj::stream(&mut file, &failed)?,
+        _ => None,
+    };
+    mesh.map_or_else(|| parse(format, &std::fs::read(path).map_err(failed)?), Ok)
 }
+
+/// What it means that reading fails.
+type Failed<'a> = &'a dyn Fn(io::Error) -> LoadError;
 
 /// Reads a solid from memory.
 ///
@@ -162,6 +178,19 @@ impl Allowance {
     }
 }
 
+/// Points that triangles name by number: each is looked for among the others when it is first met, and only then.
+struct Points {
+    positions: Vec<DVec3>,
+    /// One more than its index in the mesh.
+    indices: Vec<Option<NonZeroU32>>,
+}
+
+impl Points {
+    fn new(positions: Vec<DVec3>) -> Self {
+        Self { indices: vec![None; positions.len()], positions }
+    }
+}
+
 /// Puts a mesh together from triangles, checking every coordinate.
 struct Assembler {
     welder: Welder,
@@ -192,13 +221,43 @@ impl Assembler {
         Ok(())
     }
 
+    /// A triangle of points that are told by their numbers; the error for a number that is no point's is the caller's.
+    fn numbered(
+        &mut self,
+        points: &mut Points,
+        corners: [usize; 3],
+        nothing: impl Fn(usize) -> LoadError,
+    ) -> Result<(), LoadError> {
+        let mut indices = [0; 3];
+        for (vertex, (index, k)) in indices.iter_mut().zip(corners).enumerate() {
+            let (Some(known), Some(&position)) = (points.indices.get_mut(k), points.positions.get(k)) else {
+                return Err(nothing(k));
+            };
+            *index = match known {
+                Some(index) => index.get() - 1,
+                None => {
+                    if !position.is_finite() {
+                        return Err(LoadError::NotFinite { triangle: self.triangles.len(), vertex });
+                    }
+                    let index = self.welder.index(position).ok_or(LoadError::TooLarge)?;
+                    *known = NonZeroU32::new(index + 1);
+                    index
+                }
+            };
+        }
+        self.triangles.push(indices);
+        Ok(())
+    }
+
     /// The mesh, with normals if every triangle has got some.
-    fn finish(self, directions: Vec<DVec3>) -> Result<Mesh, LoadError> {
+    fn finish(mut self, directions: Vec<DVec3>) -> Result<Mesh, LoadError> {
         if self.triangles.is_empty() {
             return Err(LoadError::Empty);
         }
         let complete = self.normal_corners.len() == self.triangles.len() && directions.iter().all(|n| n.is_finite());
         let normals = complete.then_some(CornerNormals { directions, corners: self.normal_corners });
-        Ok(Mesh { vertices: self.welder.into_vertices(), triangles: self.triangles, normals })
+        let (vertices, renumbered) = self.welder.finish();
+        renumbered.apply(&mut self.triangles);
+        Ok(Mesh { vertices, triangles: self.triangles, normals })
     }
 }

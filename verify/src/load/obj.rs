@@ -1,11 +1,150 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, LoadError};
+use super::{Assembler, Failed, LoadError, Points};
 use crate::mesh::Mesh;
 use glam::DVec3;
+use rayon::prelude::*;
+use std::io::{self, Read};
 
 /// Parses the geometry of an OBJ file, all objects together; polygons are cut into fans, materials are passed over.
-pub(super) fn parse(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
+pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
+    let failed = |error: io::Error| LoadError::Malformed { format: "OBJ", reason: error.to_string() };
+    stream(&mut &*bytes, &failed)?.map_or_else(|| any(bytes), Ok)
+}
+
+/// Parses a plain file without holding it as a whole. `None` for any other, of which a part has been read.
+pub(super) fn stream(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
+    let Some(Plain { positions, directions, triangles, normals }) = plain(file, failed)? else { return Ok(None) };
+    let mut assembler = Assembler::new(triangles.len());
+    assembler.normal_corners = normals;
+    let mut points = Points::new(positions);
+    for corners in triangles {
+        assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
+    }
+    assembler.finish(directions).map(Some)
+}
+
+fn nothing(index: usize) -> LoadError {
+    LoadError::Malformed { format: "OBJ", reason: format!("index {index} points at nothing") }
+}
+
+/// What a plain file holds.
+#[derive(Default)]
+struct Plain {
+    positions: Vec<DVec3>,
+    directions: Vec<DVec3>,
+    /// Corners, counted from 0.
+    triangles: Vec<[u32; 3]>,
+    /// Of every triangle, or of none.
+    normals: Vec<[u32; 3]>,
+}
+
+/// Bytes parsed by one task, and tasks at a time.
+const PIECE: usize = 1 << 20;
+const PIECES: usize = 16;
+
+/// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores. `None` for any other.
+fn plain(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Plain>, LoadError> {
+    let mut whole = Plain::default();
+    let mut line = Vec::new();
+    loop {
+        // Pieces of whole lines.
+        let mut pieces: Vec<Vec<u8>> = Vec::with_capacity(PIECES);
+        while pieces.len() < PIECES {
+            let mut piece = Vec::with_capacity(2 * PIECE);
+            piece.append(&mut line);
+            if file.take(PIECE as u64).read_to_end(&mut piece).map_err(failed)? > 0 {
+                let Some(end) = piece.iter().rposition(|&b| b == b'\n') else { return Ok(None) };
+                line.extend_from_slice(&piece[end + 1..]);
+                piece.truncate(end + 1);
+            }
+            if piece.is_empty() {
+                break;
+            }
+            pieces.push(piece);
+        }
+        if pieces.is_empty() {
+            break;
+        }
+        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain_piece(piece)).collect();
+        let Some(parsed) = parsed else { return Ok(None) };
+        for piece in parsed {
+            whole.positions.extend(piece.positions);
+            whole.directions.extend(piece.directions);
+            whole.triangles.extend(piece.triangles);
+            whole.normals.extend(piece.normals);
+        }
+    }
+    let known = |corners: &[[u32; 3]], count: usize| corners.as_flattened().iter().all(|&k| (k as usize) < count);
+    let sound = known(&whole.triangles, whole.positions.len())
+        && known(&whole.normals, whole.directions.len())
+        && (whole.normals.len() == whole.triangles.len() || whole.directions.is_empty());
+    Ok(sound.then_some(whole))
+}
+
+fn plain_piece(text: &[u8]) -> Option<Plain> {
+    let text = std::str::from_utf8(text).ok()?;
+    let mut piece = Plain::default();
+    for line in text.lines() {
+        let mut words = line.split_ascii_whitespace();
+        match words.next() {
+            Some("v") => piece.positions.push(vector(words)?),
+            Some("vn") => piece.directions.push(vector(words)?),
+            Some("f") => {
+                let mut corners = [(0, None); 3];
+                for corner in &mut corners {
+                    *corner = numbers(words.next()?)?;
+                }
+                piece.triangles.push(corners.map(|(v, _)| v));
+                match corners.map(|(_, n)| n) {
+                    [Some(a), Some(b), Some(c)] => piece.normals.push([a, b, c]),
+                    [None, None, None] => {}
+                    _ => return None,
+                }
+                if words.next().is_some() {
+                    return None;
+                }
+            }
+            None | Some("o" | "g" | "s") => {}
+            Some(comment) if comment.starts_with('#') => {}
+            Some(_) => return None,
+        }
+    }
+    Some(piece)
+}
+
+/// Three numbers of single precision, and no more.
+fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
+    let mut next = || words.next()?.parse::<f32>().ok().map(f64::from);
+    let vector = DVec3::new(next()?, next()?, next()?);
+    words.next().is_none().then_some(vector)
+}
+
+/// A vertex and perhaps a normal, counted from 0.
+fn numbers(corner: &str) -> Option<(u32, Option<u32>)> {
+    let (vertex, rest) = number(corner.as_bytes())?;
+    match rest {
+        [] => Some((vertex, None)),
+        [b'/', b'/', rest @ ..] => {
+            let (normal, rest) = number(rest)?;
+            rest.is_empty().then_some((vertex, Some(normal)))
+        }
+        _ => None,
+    }
+}
+
+/// A number that is counted from 1, and what comes after its digits.
+fn number(text: &[u8]) -> Option<(u32, &[u8])> {
+    let (mut value, mut rest) = (0u32, text);
+    while let [digit @ b'0'..=b'9', after @ ..] = rest {
+        value = value.checked_mul(10)?.checked_add(u32::from(digit - b'0'))?;
+        rest = after;
+    }
+    Some((value.checked_sub(1)?, rest))
+}
+
+/// Parses any file.
+fn any(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -20,25 +159,21 @@ pub(super) fn parse(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
     let mut directions = Vec::new();
     for model in &models {
         let mesh = &model.mesh;
-        let vector = |of: &[f32], k: u32| {
-            of.get(3 * k as usize..3 * k as usize + 3)
-                .map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into()))
-                .ok_or_else(|| LoadError::Malformed { format: "OBJ", reason: format!("index {k} points at nothing") })
+        let vectors = |of: &[f32]| -> Vec<DVec3> {
+            of.chunks_exact(3).map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into())).collect()
         };
+        let mut points = Points::new(vectors(&mesh.positions));
         let first_normal = directions.len() as u32;
-        for k in 0..mesh.normals.len() / 3 {
-            directions.push(vector(&mesh.normals, k as u32)?);
-        }
+        directions.extend(vectors(&mesh.normals));
         for corners in mesh.indices.chunks_exact(3) {
-            let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| vector(&mesh.positions, k));
-            assembler.triangle([a?, b?, c?])?;
+            assembler.numbered(&mut points, [corners[0], corners[1], corners[2]].map(|k| k as usize), nothing)?;
         }
         for corners in mesh.normal_indices.chunks_exact(3) {
-            let corners = [corners[0], corners[1], corners[2]];
-            for k in corners {
-                vector(&mesh.normals, k)?;
+            let corners = [corners[0], corners[1], corners[2]].map(|k| first_normal + k);
+            if let Some(&k) = corners.iter().find(|&&k| k as usize >= directions.len()) {
+                return Err(nothing(k as usize));
             }
-            assembler.normal_corners.push(corners.map(|k| first_normal + k));
+            assembler.normal_corners.push(corners);
         }
     }
     assembler.finish(directions)
@@ -59,6 +194,55 @@ mod tests {
         let normals = mesh.normals.unwrap();
         assert_eq!(normals.directions[normals.corners[0][1] as usize], DVec3::Z);
         assert_eq!(normals.directions[normals.corners[2][0] as usize], DVec3::NEG_Z);
+    }
+
+    fn is_plain(text: &str) -> bool {
+        plain(&mut text.as_bytes(), &|source| panic!("{source}")).unwrap().is_some()
+    }
+
+    #[test]
+    fn plain_files_are_read_as_any_are() {
+        let with_normals = "o a\nv 0 0 0\nv 1 0 0\nv 1 1e-1 0.25\n# five\nv 0 1 -0\nv 0 1 0\nvn 0 0 1\nvn 1 0 0\nf 2//1 3//1 1//2\ng b\nf 1//2 5//2 3//1\n";
+        let without = "v 0 0 0\r\nv 1 0 0\r\n\nv 1 1 0\nf 1 2 3\nf 3 2 1";
+        for text in [with_normals, without] {
+            assert!(is_plain(text));
+            let (ours, theirs) = (parse(text.as_bytes()).unwrap(), any(text.as_bytes()).unwrap());
+            assert_eq!((&ours.vertices, &ours.triangles), (&theirs.vertices, &theirs.triangles));
+            let told = |mesh: &Mesh| {
+                let normals = mesh.normals.as_ref()?;
+                Some(normals.corners.iter().map(|c| c.map(|k| normals.directions[k as usize])).collect::<Vec<_>>())
+            };
+            assert_eq!(told(&ours), told(&theirs));
+        }
+        for other in [
+            "v 0 0 0 1\n",
+            "v 0 0\n",
+            "vt 0 0\n",
+            "f 1 2 3 4\n",
+            "f 1/1 2/1 3/1\n",
+            "f -1 -2 -3\n",
+            "f 0 1 2\n",
+            "v 0 0 0\nf 1 1 2\n",
+            "v 0 0 0\nvn 0 0 1\nf 1 1 1\n",
+            "l 1 2\n",
+            "usemtl a\n",
+            "f 1 2 \\\n3\n",
+        ] {
+            assert!(!is_plain(other), "{other}");
+        }
+    }
+
+    #[test]
+    fn long_files_are_read_in_pieces_that_keep_their_order() {
+        let n = 100_000;
+        let mut text = String::new();
+        (0..n).for_each(|k| text += &format!("v {k} {} 0.5\n", k % 7));
+        (0..n - 2).for_each(|k| text += &format!("f {} {} {}\n", k + 1, k + 3, k + 2));
+        assert!(text.len() > 2 * PIECE);
+        let mesh = parse(text.as_bytes()).unwrap();
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (n, n - 2));
+        assert!(mesh.corners(n - 3).iter().zip([n - 3, n - 1, n - 2]).all(|(at, k)| at.x == k as f64));
+        assert_eq!(mesh, any(text.as_bytes()).unwrap());
     }
 
     #[test]

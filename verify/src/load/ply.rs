@@ -1,6 +1,6 @@
 //! Polygon File Format (Stanford), text and binary.
 
-use super::{Assembler, LoadError};
+use super::{Assembler, LoadError, Points};
 use crate::mesh::Mesh;
 use glam::DVec3;
 
@@ -43,18 +43,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     }
     let mut assembler = Assembler::new(polygons.len());
     let has_normals = directions.len() == positions.len();
+    let count = positions.len();
+    let mut points = Points::new(positions);
+    let nothing = |found: f64| malformed(format!("index {found} points at none of {count} vertices"));
     for polygon in &polygons {
-        let index = |k: usize| {
-            let found = polygon[k];
-            if found >= 0.0 && found < positions.len() as f64 {
-                Ok(found as usize)
-            } else {
-                Err(malformed(format!("index {found} points at none of {} vertices", positions.len())))
-            }
-        };
+        let index = |k: usize| if polygon[k] >= 0.0 { Ok(polygon[k] as usize) } else { Err(nothing(polygon[k])) };
         for k in 2..polygon.len() {
             let corners = [index(0)?, index(k - 1)?, index(k)?];
-            assembler.triangle(corners.map(|v| positions[v]))?;
+            assembler.numbered(&mut points, corners, |k| nothing(k as f64))?;
             if has_normals {
                 assembler.normal_corners.push(corners.map(|v| v as u32));
             }

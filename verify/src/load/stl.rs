@@ -1,25 +1,30 @@
 //! STL, binary and text.
 
-use super::{Assembler, LoadError};
+use super::{Assembler, Failed, LoadError};
 use crate::mesh::Mesh;
 use glam::DVec3;
-use std::io::Cursor;
+use std::io::{self, Cursor, Read};
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;
+/// Records read at a time.
+const RECORDS: usize = 1 << 12;
 
 /// Parses an STL file of either kind.
 ///
 /// A file whose length fits its count is binary, whatever its header says: many programs begin a binary file with "solid".
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let promised = bytes.get(80..HEADER).and_then(|b| b.try_into().ok()).map(u32::from_le_bytes).map(u64::from);
+    let promised = bytes.first_chunk().map(count);
     let held = (bytes.len().saturating_sub(HEADER) / RECORD) as u64;
-    let exact = promised.is_some_and(|n| HEADER as u64 + n * RECORD as u64 == bytes.len() as u64);
+    let exact = promised.is_some_and(|n| is_binary(n, bytes.len() as u64));
     if !exact && bytes.trim_ascii_start().starts_with(b"solid") {
         return text(bytes);
     }
     match promised {
-        Some(promised) if promised <= held => binary(&bytes[HEADER..], promised as usize),
+        Some(promised) if promised <= held => {
+            let failed = |error: io::Error| LoadError::Malformed { format: "STL", reason: error.to_string() };
+            binary(&mut &bytes[HEADER..], promised as usize, &failed)
+        }
         Some(promised) => Err(LoadError::Truncated { promised, held }),
         None => Err(LoadError::Malformed {
             format: "STL",
@@ -28,14 +33,41 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     }
 }
 
-fn binary(records: &[u8], count: usize) -> Result<Mesh, LoadError> {
+/// Parses a binary file of this length without holding it as a whole. `None` for any other, of which the beginning has been read.
+pub(super) fn stream(file: &mut impl Read, length: u64, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
+    let mut header = [0; HEADER];
+    if length < HEADER as u64 {
+        return Ok(None);
+    }
+    file.read_exact(&mut header).map_err(failed)?;
+    let promised = count(&header);
+    is_binary(promised, length).then(|| binary(file, promised as usize, failed)).transpose()
+}
+
+/// Triangles that a header promises.
+fn count(header: &[u8; HEADER]) -> u64 {
+    header.last_chunk().map_or(0, |&count| u32::from_le_bytes(count)).into()
+}
+
+fn is_binary(promised: u64, length: u64) -> bool {
+    HEADER as u64 + promised * RECORD as u64 == length
+}
+
+fn binary(records: &mut impl Read, mut count: usize, failed: Failed<'_>) -> Result<Mesh, LoadError> {
     let mut assembler = Assembler::new(count);
-    for record in records.chunks_exact(RECORD).take(count) {
-        // The facet normal in the first 12 bytes is redundant, and often wrong.
-        let coordinate =
-            |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
-        let corner = |k: usize| DVec3::new(coordinate(12 * k), coordinate(12 * k + 4), coordinate(12 * k + 8));
-        assembler.triangle([corner(1), corner(2), corner(3)])?;
+    let mut buffer = vec![0; RECORD * RECORDS.min(count)];
+    while count > 0 {
+        let taken = RECORDS.min(count);
+        count -= taken;
+        let buffer = &mut buffer[..RECORD * taken];
+        records.read_exact(buffer).map_err(failed)?;
+        for record in buffer.chunks_exact(RECORD) {
+            // The facet normal in the first 12 bytes is redundant, and often wrong.
+            let coordinate =
+                |at: usize| f64::from(f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]]));
+            let corner = |k: usize| DVec3::new(coordinate(12 * k), coordinate(12 * k + 4), coordinate(12 * k + 8));
+            assembler.triangle([corner(1), corner(2), corner(3)])?;
+        }
     }
     assembler.finish(Vec::new())
 }

@@ -1,6 +1,6 @@
 //! 3MF: a mesh in XML within a ZIP archive, with its unit.
 
-use super::{Assembler, LoadError};
+use super::{Assembler, LoadError, Points};
 use crate::mesh::Mesh;
 use glam::DVec3;
 use quick_xml::{
@@ -118,16 +118,11 @@ impl Model {
             return Err(malformed(format!("it holds {} objects instead of one", self.objects)));
         }
         let mut assembler = Assembler::new(self.triangles.len());
+        let count = self.positions.len();
+        let mut points = Points::new(self.positions.into_iter().map(|at| scale * at).collect());
+        let nothing = |v| malformed(format!("index {v} points at none of {count} vertices"));
         for triangle in &self.triangles {
-            let mut corners = [DVec3::ZERO; 3];
-            for (corner, &v) in corners.iter_mut().zip(triangle) {
-                let at = self.positions.get(v as usize);
-                *corner = scale
-                    * *at.ok_or_else(|| {
-                        malformed(format!("index {v} points at none of {} vertices", self.positions.len()))
-                    })?;
-            }
-            assembler.triangle(corners)?;
+            assembler.numbered(&mut points, triangle.map(|v| v as usize), nothing)?;
         }
         assembler.finish(Vec::new())
     }

@@ -4,7 +4,8 @@ mod lit;
 mod rows;
 mod search;
 
-pub(super) use rows::Lattice;
+pub(in crate::trace) use rows::{FacetLines, Lattice};
+pub(crate) use rows::{FromFacet, Row};
 
 use super::{
     End, Path,
@@ -22,7 +23,7 @@ use crate::{
 use glam::{DMat3, DVec2, DVec3};
 use lit::{Imperfect, Supply};
 use search::{Hierarchy, Hit};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// How far beyond the border of the face light may pass a rim above it, mm: that of the border itself grazes the wall, and is
 /// straight to rounding only. No rim is made to a micrometre.
@@ -51,13 +52,13 @@ pub(super) struct BlockTracer {
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
     steepest: f64,
     highest_mm: f64,
-    /// Built when first needed.
+    /// Built when first needed, see [`BlockTracer::hierarchy`].
     hierarchy: OnceLock<Hierarchy>,
 }
 
 #[derive(Debug)]
 enum Face {
-    Spline(Bicubic),
+    Spline(Arc<Bicubic>),
     /// Normals at the nodes.
     Smooth(Vec<DVec3>),
     Facets,
@@ -79,10 +80,7 @@ impl BlockTracer {
         };
         let even = up && matches!(scene.optics, Optics::Refracts { .. }) && scene.profile.is_none();
         let face = match scene.surface {
-            Surface::Spline => {
-                let (lo, hi) = (block.lower.to_array(), block.upper.to_array());
-                Face::Spline(Bicubic::through(&block.heights, block.nx, block.ny, lo, hi))
-            }
+            Surface::Spline => Face::Spline(block.spline()),
             Surface::Facets => Face::Facets,
             Surface::Smooth => Face::Smooth(node_normals(block)),
         };

@@ -13,7 +13,8 @@ use crate::{
     scene::{Optics, Scene, SceneError},
     spread::{Dice, Spread},
 };
-use block::Lattice;
+use block::{FacetLines, Lattice};
+pub(crate) use block::{FromFacet, Row};
 use glam::DVec2;
 
 /// How the way of a ray ends.
@@ -146,6 +147,13 @@ impl Tracer {
         }
     }
 
+    /// Makes ready what single rays need, before many ask for it at once.
+    pub(crate) fn prepare(&self) {
+        if let Kind::Block(block) = &self.kind {
+            block.prepare();
+        }
+    }
+
     /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row) can follow them.
     pub(crate) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
         match &self.kind {
@@ -155,22 +163,16 @@ impl Tracer {
     }
 
     /// The paths of [`path_at`](Self::path_at) for a row of rays, up to rounding.
-    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, scratch: &mut Vec<[f64; 2]>, out: &mut Vec<Path>) {
+    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, row: &mut Row) {
         if let Kind::Block(block) = &self.kind {
-            block.path_row(columns, y, scratch, out);
+            block.path_row(columns, y, row);
         }
     }
 
-    /// The paths of [`path_at`](Self::path_at) at points of the plan of one facet of a cell, if it is known to be met there.
-    #[inline]
-    pub(crate) fn facet_paths<const N: usize>(
-        &self,
-        cell: (usize, usize),
-        half: [usize; 3],
-        at: [DVec2; N],
-    ) -> Option<[Path; N]> {
+    /// Follows light by the facets that it meets, where it is known which.
+    pub(crate) fn facet_lines(&self) -> Option<FacetLines<'_>> {
         match &self.kind {
-            Kind::Block(block) => block.facet_paths(cell, half, at),
+            Kind::Block(block) => block.facet_lines(),
             Kind::Solid(_) => None,
         }
     }

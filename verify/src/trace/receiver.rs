@@ -16,6 +16,11 @@ impl Receiver {
         Self { distance_mm: scene.distance_mm, turned: Scene::rotation(scene.receiver_turned) }
     }
 
+    /// Where it meets the axis, mm, if it is not turned.
+    pub(super) fn distance_across_axis_mm(&self) -> Option<f64> {
+        self.turned.is_none().then_some(self.distance_mm)
+    }
+
     /// Where light lands, in the plane's own coordinates; nowhere, if it never comes there from in front.
     #[inline]
     pub(super) fn landing(&self, point: DVec3, direction: DVec3) -> Option<DVec2> {

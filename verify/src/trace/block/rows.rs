@@ -1,12 +1,13 @@
-//! Many rays of light along the axis at once: by rows of a lattice under the spline, and by the facets of the file. Where light goes
-//! straight up, what it meets is known, and what neighbours share is computed once.
+//! Many rays of light along the axis at once: by rows of a lattice, and by the facets of the file. Where light goes straight up, what it
+//! meets is known, and what neighbours share is computed once.
 
 use super::{BlockTracer, Face};
 use crate::{
-    block::{Half, corners},
-    scene::{Geometry, Traversal},
+    block::{Half, corners, halves},
+    optics::tangent_behind,
+    scene::{Fresnel, Geometry, Optics, Traversal},
     spline::Columns,
-    trace::Path,
+    trace::{End, Path},
 };
 use glam::{DVec2, DVec3};
 
@@ -14,73 +15,251 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Debug)]
 pub(crate) enum Lattice {
     /// Under a spline.
-    Spline(Columns),
-    /// Under triangles: the places along x.
-    Flat(Vec<f64>),
+    Spline(Vec<f64>, Columns),
+    /// Under triangles.
+    Flat(Vec<Column>),
+}
+
+/// A column of rays under triangles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Column {
+    x: f64,
+    cell: usize,
+    /// How far across the cell.
+    part: f64,
+}
+
+/// Where the rays of a row of a lattice land. Kept from row to row for its memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Row {
+    /// Landing points on the receiver, mm, if every ray lands there with all of its power.
+    pub(crate) landings: Vec<DVec2>,
+    /// All that there is to know of every ray, if that is not so.
+    pub(crate) paths: Vec<Path>,
+    met: Vec<Met>,
+    scratch: Vec<[f64; 2]>,
+}
+
+impl Row {
+    /// Whether every ray lands on the receiver, with all of its power.
+    pub(crate) fn lands(&self) -> bool {
+        self.paths.is_empty()
+    }
+
+    /// What is known of a ray.
+    #[inline]
+    pub(crate) fn path(&self, k: usize) -> Path {
+        self.paths.get(k).copied().unwrap_or_else(|| Path::ended(End::Receiver(self.landings[k]), 1.0))
+    }
+}
+
+/// What a ray along the axis meets: the height of the face, mm, and its slopes.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    x: f64,
+    z: f64,
+    slope: DVec2,
+}
+
+/// The simplest bench: light along the axis, which all goes on at a face that it meets once, to a receiver across the axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plain {
+    ior: f64,
+    distance_mm: f64,
+    /// Height of a rim around the face.
+    rim_z: f64,
+    /// Square of the slope from which on light cannot meet the face again.
+    steepest2: f64,
+}
+
+impl Plain {
+    /// Where light lands that meets the face at a point, and whether it does.
+    #[inline(always)]
+    fn landing(&self, at: DVec2, z: f64, slope: DVec2) -> (DVec2, bool) {
+        let tangent = tangent_behind(slope, self.ior);
+        // False for NaN, which is what total reflection gives.
+        let goes_on = self.steepest2 * tangent.length_squared() < 1.0 && z >= self.rim_z;
+        (at + tangent * (self.distance_mm - z), goes_on)
+    }
 }
 
 impl BlockTracer {
+    /// This bench, if it is the simplest.
+    fn plain(&self) -> Option<Plain> {
+        let Optics::Refracts { ior } = self.optics else { return None };
+        let distance_mm = self.receiver.distance_across_axis_mm()?;
+        let simple = self.even && self.turned.is_none() && self.fresnel == Fresnel::Off;
+        simple.then(|| Plain {
+            ior,
+            distance_mm,
+            rim_z: self.block.rim_z_mm().unwrap_or(f64::NEG_INFINITY),
+            steepest2: match self.geometry {
+                Geometry::Displaced => self.steepest * self.steepest,
+                Geometry::NormalMappedPlane => 0.0,
+            },
+        })
+    }
+
     /// What rows of rays at these places along x have in common, if their paths can be followed row by row.
     pub(in crate::trace) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
         match &self.face {
             _ if !self.even || !self.block.is_rectangular() || self.traversal != Traversal::Grid => None,
-            Face::Spline(spline) => Some(Lattice::Spline(spline.columns(xs))),
-            Face::Smooth(_) | Face::Facets => Some(Lattice::Flat(xs.to_vec())),
+            Face::Spline(spline) => Some(Lattice::Spline(xs.to_vec(), spline.columns(xs))),
+            Face::Smooth(_) | Face::Facets => {
+                let column = |&x: &f64| {
+                    let (cell, part) = self.column_at(x);
+                    Column { x, cell, part }
+                };
+                Some(Lattice::Flat(xs.iter().map(column).collect()))
+            }
         }
     }
 
-    /// The paths of the rays of a row, as [`path_at`](Self::path_at) finds them one by one.
-    pub(in crate::trace) fn path_row(
+    /// The paths of the rays of a row, as [`path_at`](Self::path_at) finds them one by one, up to rounding.
+    pub(in crate::trace) fn path_row(&self, lattice: &Lattice, y: f64, row: &mut Row) {
+        row.met.clear();
+        match (lattice, &self.face) {
+            (Lattice::Spline(xs, columns), Face::Spline(spline)) => {
+                spline.row(columns, y, &mut row.scratch, |k, jet| {
+                    row.met.push(Met { x: xs[k], z: jet.z, slope: DVec2::new(jet.zx, jet.zy) });
+                });
+            }
+            (Lattice::Flat(columns), Face::Smooth(normals)) => {
+                self.flat_row(columns, y, &mut row.met, |_, [a, b, c], [u, v, w]| {
+                    let normal = u * normals[a] + v * normals[b] + w * normals[c];
+                    -normal.truncate() / normal.z
+                });
+            }
+            (Lattice::Flat(columns), Face::Facets) => {
+                self.flat_row(columns, y, &mut row.met, |slope, _, _| slope());
+            }
+            _ => unreachable!("the lattice was made for this face"),
+        }
+        if self.geometry == Geometry::NormalMappedPlane {
+            row.met.iter_mut().for_each(|met| met.z = 0.0);
+        }
+        row.paths.clear();
+        row.landings.resize(row.met.len(), DVec2::ZERO);
+        let all_land = self.plain().is_some_and(|plain| {
+            // Without branches, and so many at a time.
+            row.met.iter().zip(&mut row.landings).fold(true, |all, (met, at)| {
+                let (landing, lands) = plain.landing(DVec2::new(met.x, y), met.z, met.slope);
+                *at = landing;
+                all & lands
+            })
+        });
+        if !all_land {
+            let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, y, self.block.entry_z));
+            let transmittance = transmittance.map_or(1.0, |(_, transmittance)| transmittance);
+            row.paths.extend(row.met.iter().map(|met| {
+                let normal = (-met.slope).extend(1.0).normalize();
+                self.leave(DVec3::new(met.x, y, met.z), normal, DVec3::Z, transmittance)
+            }));
+        }
+    }
+
+    /// What the rays of a row meet on the triangles. `slope` is given the slopes of the triangle, the nodes of its corners, and their
+    /// weights.
+    #[inline(always)]
+    fn flat_row(
         &self,
-        columns: &Lattice,
+        columns: &[Column],
         y: f64,
-        scratch: &mut Vec<[f64; 2]>,
-        out: &mut Vec<Path>,
+        met: &mut Vec<Met>,
+        slope: impl Fn(&dyn Fn() -> DVec2, [usize; 3], [f64; 3]) -> DVec2,
     ) {
-        let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, y, self.block.entry_z)).map(|(_, t)| t);
-        let leave = |x: f64, z: f64, normal: DVec3| {
-            let z = match self.geometry {
-                Geometry::Displaced => z,
-                Geometry::NormalMappedPlane => 0.0,
+        let block = &self.block;
+        let (j, v) = self.row_at(y);
+        met.extend(columns.iter().map(|&Column { x, cell: i, part: u }| {
+            let cut = halves(block.diagonals[j * (block.nx - 1) + i]);
+            // In the order of `halves`, by the side of the diagonal.
+            let (half, weights) = match cut[0] {
+                [0, 1, 2] if v <= u => (cut[0], [1.0 - u, u - v, v]),
+                [0, 1, 2] => (cut[1], [1.0 - v, u, v - u]),
+                _ if u + v <= 1.0 => (cut[0], [1.0 - u - v, u, v]),
+                _ => (cut[1], [1.0 - v, u + v - 1.0, 1.0 - u]),
             };
-            self.leave(DVec3::new(x, y, z), normal, DVec3::Z, transmittance.unwrap_or(1.0))
-        };
-        out.clear();
-        match (columns, &self.face) {
-            (Lattice::Spline(columns), Face::Spline(spline)) => spline.row(columns, y, scratch, |x, jet| {
-                let normal = DVec3::new(-jet.zx, -jet.zy, 1.0) / (1.0 + jet.zx * jet.zx + jet.zy * jet.zy).sqrt();
-                out.push(leave(x, jet.z, normal));
-            }),
-            (Lattice::Flat(xs), _) => out.extend(xs.iter().map(|&x| {
-                let hit = self.hit_at(DVec2::new(x, y));
-                let heights = self.nodes_of(&hit).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
-                leave(x, hit.crossing.weights.dot(DVec3::from_array(heights)), self.flat_normal(&hit))
-            })),
-            (Lattice::Spline(_), _) => unreachable!("the lattice was made for this face"),
-        }
+            let corners = corners(i, j).map(|(i, j)| j * block.nx + i);
+            let nodes = half.map(|k| corners[k]);
+            let z: f64 = nodes.iter().zip(weights).map(|(&k, weight)| weight * block.heights[k]).sum();
+            Met { x, z, slope: slope(&|| self.slope_of((i, j), half), nodes, weights) }
+        }));
     }
 
-    /// The paths of light along the axis that meets one facet of a cell at these points of its plan, if the face is made of facets.
-    pub(in crate::trace) fn facet_paths<const N: usize>(
-        &self,
-        (i, j): (usize, usize),
-        half: Half,
-        at: [DVec2; N],
-    ) -> Option<[Path; N]> {
-        if !(self.even
+    /// The slopes of one triangle of a cell: it has an edge along x and one along y.
+    #[inline]
+    fn slope_of(&self, (i, j): (usize, usize), half: Half) -> DVec2 {
+        let [a, b, c, d] = corners(i, j).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
+        let (x, y) = self.block.lines(i, j);
+        let along_x = if half[..2] == [0, 1] { b - a } else { c - d };
+        let along_y = if (half[0], half[2]) == (0, 3) { d - a } else { c - b };
+        DVec2::new(along_x / (x[1] - x[0]), along_y / (y[1] - y[0]))
+    }
+
+    /// The column of cells at a place, and how far across it that is.
+    fn column_at(&self, x: f64) -> (usize, f64) {
+        let cell = ((x - self.block.lower.x) * self.cells_per_mm.x).clamp(0.0, (self.block.nx - 2) as f64) as usize;
+        let [from, to] = self.block.lines(cell, 0).0;
+        (cell, (x - from) / (to - from))
+    }
+
+    /// The row of cells at a place, and how far across it that is.
+    fn row_at(&self, y: f64) -> (usize, f64) {
+        let cell = ((y - self.block.lower.y) * self.cells_per_mm.y).clamp(0.0, (self.block.ny - 2) as f64) as usize;
+        let [from, to] = self.block.lines(0, cell).1;
+        (cell, (y - from) / (to - from))
+    }
+
+    /// Follows light along the axis that meets facets, where it is known which.
+    pub(in crate::trace) fn facet_lines(&self) -> Option<FacetLines<'_>> {
+        let known = self.even
             && self.block.is_rectangular()
             && matches!(self.face, Face::Facets)
-            && self.geometry == Geometry::Displaced)
-        {
-            return None;
+            && self.geometry == Geometry::Displaced;
+        let transmittance =
+            self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.block.entry_z)).map(|(_, t)| t);
+        let plain = self.plain();
+        transmittance.filter(|_| known).map(|transmittance| FacetLines { tracer: self, plain, transmittance })
+    }
+}
+
+/// Light along the axis that meets facets.
+pub(crate) struct FacetLines<'a> {
+    tracer: &'a BlockTracer,
+    plain: Option<Plain>,
+    transmittance: f64,
+}
+
+/// What becomes of rays that meet one facet.
+pub(crate) enum FromFacet<const N: usize> {
+    /// They land here, mm, with all of their power.
+    Landings([DVec2; N]),
+    Paths([Path; N]),
+}
+
+impl FacetLines<'_> {
+    /// The rays that meet one facet of a cell at these points of its plan.
+    #[inline]
+    pub(crate) fn from<const N: usize>(&self, cell: (usize, usize), half: Half, at: [DVec2; N]) -> FromFacet<N> {
+        let (i, j) = corners(cell.0, cell.1)[half[0]];
+        let (corner, slope) = (self.tracer.block.node(i, j), self.tracer.slope_of(cell, half));
+        let z = at.map(|at| corner.z + slope.dot(at - corner.truncate()));
+        if let Some(plain) = &self.plain {
+            let mut landings = at;
+            let lands = |all, (at, z): (&mut DVec2, &f64)| {
+                let (landing, lands) = plain.landing(*at, *z, slope);
+                *at = landing;
+                all & lands
+            };
+            if landings.iter_mut().zip(&z).fold(true, lands) {
+                return FromFacet::Landings(landings);
+            }
         }
-        let transmittance = self.illumination.enter(self.rays, at[0].extend(self.block.entry_z)).map(|(_, t)| t)?;
-        let corners = corners(i, j);
-        let [a, b, c] = half.map(|k| self.block.node(corners[k].0, corners[k].1));
-        let normal = (b - a).cross(c - a).normalize();
-        Some(at.map(|at| {
-            let z = a.z - normal.truncate().dot(at - a.truncate()) / normal.z;
-            self.leave(at.extend(z), normal, DVec3::Z, transmittance)
+        let normal = (-slope).extend(1.0).normalize();
+        let mut k = 0;
+        FromFacet::Paths(at.map(|at| {
+            k += 1;
+            self.tracer.leave(at.extend(z[k - 1]), normal, DVec3::Z, self.transmittance)
         }))
     }
 }

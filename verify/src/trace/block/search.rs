@@ -3,18 +3,59 @@
 use super::BlockTracer;
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    block::{Diagonal, Half, corners, halves},
+    block::{Block, Diagonal, Half, corners, halves},
     scene::Traversal,
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
+use std::ops::RangeInclusive;
 
-/// A search structure over the cells of the exit face.
+/// A search structure over patches of the exit face. Within a patch the grid tells which cells a ray passes.
 #[derive(Debug)]
 pub(super) struct Hierarchy {
     accelerator: Accelerator,
-    /// What is needed to cross the cell in every slot, close together.
-    cells: Vec<Cell>,
+    /// The patch in every slot.
+    patches: Vec<Patch>,
+}
+
+/// Cells along each side of a patch: their heights are a few lines of a cache, and the hierarchy over the patches fits into one.
+const SIDE: usize = 4;
+
+/// How far beyond its computed place a ray is looked for: as a part of a cell, and as a part of all heights. Rounding is many orders of
+/// magnitude less.
+const SLACK: f64 = 1e-6;
+
+/// Neighbouring cells.
+#[derive(Clone, Copy, Debug)]
+struct Patch {
+    /// First and last column, first and last row.
+    columns: [u32; 2],
+    rows: [u32; 2],
+    /// Least and greatest height of its nodes, mm.
+    z: [f64; 2],
+}
+
+impl Patch {
+    /// Patch `k` of a block.
+    fn new(block: &Block, k: usize) -> Self {
+        let across = (block.nx - 1).div_ceil(SIDE);
+        let span = |k: usize, nodes: usize| [SIDE * k, (SIDE * (k + 1)).min(nodes - 1) - 1];
+        let (columns, rows) = (span(k % across, block.nx), span(k / across, block.ny));
+        let heights = (rows[0]..=rows[1] + 1)
+            .flat_map(|j| &block.heights[j * block.nx..][columns[0]..=columns[1] + 1])
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &z| [z.min(lo), z.max(hi)]);
+        Self { columns: columns.map(|i| i as u32), rows: rows.map(|j| j as u32), z: heights }
+    }
+
+    fn count(block: &Block) -> usize {
+        (block.nx - 1).div_ceil(SIDE) * (block.ny - 1).div_ceil(SIDE)
+    }
+
+    /// Least and greatest corner, mm.
+    fn bounds(&self, block: &Block) -> (DVec3, DVec3) {
+        let [first, last] = [0, 1].map(|k| block.lines(self.columns[k] as usize, self.rows[k] as usize));
+        (DVec3::new(first.0[0], first.1[0], self.z[0]), DVec3::new(last.0[1], last.1[1], self.z[1]))
+    }
 }
 
 /// A cell of the exit face.
@@ -36,21 +77,31 @@ pub(super) struct Hit {
 }
 
 impl BlockTracer {
-    /// The search structure over the cells of the exit face.
+    /// Builds the search structure, if it will be needed for sure.
+    pub(in crate::trace) fn prepare(&self) {
+        if !self.even || self.traversal == Traversal::Bvh {
+            self.hierarchy();
+        }
+    }
+
+    /// The search structure over the exit face.
     fn hierarchy(&self) -> &Hierarchy {
-        self.hierarchy.get_or_init(|| {
-            let block = &self.block;
-            let (columns, rows) = (block.nx - 1, block.ny - 1);
-            let (low, high) = block.height_range_mm();
-            let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
-                + low.abs().max(high.abs()).max(block.entry_z.abs());
-            let accelerator = Accelerator::build(columns * rows, reach, |k| {
-                let corners = corners(k % columns, k / columns).map(|(i, j)| block.node(i, j));
-                corners.iter().fold((corners[0], corners[0]), |(lo, hi), &p| (lo.min(p), hi.max(p)))
-            });
-            let cells = accelerator.order().par_iter().map(|&number| self.cell(number)).collect();
-            Hierarchy { accelerator, cells }
+        // Not while a lock is held: it is built on all cores, and one that waits for others takes up other rays, which ask for it too.
+        self.hierarchy.get().unwrap_or_else(|| {
+            let built = self.build_hierarchy();
+            self.hierarchy.get_or_init(|| built)
         })
+    }
+
+    fn build_hierarchy(&self) -> Hierarchy {
+        let block = &self.block;
+        let (low, high) = block.height_range_mm();
+        let reach = block.lower.abs().max(block.upper.abs()).max_element() * 2.0
+            + low.abs().max(high.abs()).max(block.entry_z.abs());
+        let patches: Vec<Patch> = (0..Patch::count(block)).into_par_iter().map(|k| Patch::new(block, k)).collect();
+        let accelerator = Accelerator::build(patches.len(), reach, |k| patches[k].bounds(block));
+        let patches = accelerator.order().iter().map(|&k| patches[k as usize]).collect();
+        Hierarchy { accelerator, patches }
     }
 
     #[inline]
@@ -83,15 +134,39 @@ impl BlockTracer {
     /// The nearest crossing of the exit face's triangles that `accept` lets pass.
     pub(super) fn search(&self, ray: &SearchRay, accept: impl Fn(&Crossing) -> bool) -> Option<Hit> {
         let mut nearest: Option<Hit> = None;
-        let Hierarchy { accelerator, cells } = self.hierarchy();
+        let Hierarchy { accelerator, patches } = self.hierarchy();
         accelerator.visit(ray, |slot| {
-            let hit = self.cross(&cells[slot], ray, &accept)?;
-            if nearest.is_none_or(|n| (hit.crossing.t, hit.cell) < (n.crossing.t, n.cell)) {
-                nearest = Some(hit);
+            let mut met = None;
+            let (columns, rows) = self.passed(&patches[slot], ray);
+            for number in rows.flat_map(|j| columns.clone().map(move |i| j * (self.block.nx as u32 - 1) + i)) {
+                let Some(hit) = self.cross(&self.cell(number), ray, &accept) else { continue };
+                if nearest.is_none_or(|n| (hit.crossing.t, hit.cell) < (n.crossing.t, n.cell)) {
+                    nearest = Some(hit);
+                    met = Some(hit.crossing.t);
+                }
             }
-            Some(hit.crossing.t)
+            met
         });
         nearest
+    }
+
+    /// The columns and rows of a patch above or below which a ray passes between the patch's least and greatest height.
+    #[inline]
+    fn passed(&self, patch: &Patch, ray: &SearchRay) -> (RangeInclusive<u32>, RangeInclusive<u32>) {
+        let (origin, direction, [low, high]) = (ray.origin, ray.direction, patch.z);
+        let slack = SLACK * (high - low + low.abs().max(high.abs()));
+        let [from, to] = [low - slack, high + slack].map(|z| (z - origin.z) / direction.z);
+        if !(from.is_finite() && to.is_finite()) {
+            return (patch.columns[0]..=patch.columns[1], patch.rows[0]..=patch.rows[1]);
+        }
+        let at = |t: f64| (ray.at(t).truncate() - self.block.lower) * self.cells_per_mm;
+        let (from, to) = (at(from), at(to));
+        let (least, greatest) = ((from.min(to) - SLACK), (from.max(to) + SLACK));
+        let among = |at: f64, [first, last]: [u32; 2]| at.clamp(f64::from(first), f64::from(last)) as u32;
+        (
+            among(least.x, patch.columns)..=among(greatest.x, patch.columns),
+            among(least.y, patch.rows)..=among(greatest.y, patch.rows),
+        )
     }
 
     /// The nearer of the crossings of the two triangles of a cell that `accept` lets pass.
