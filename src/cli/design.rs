@@ -17,7 +17,7 @@ use super::{
     toml_file,
 };
 use glasswarp::{
-    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
@@ -181,15 +181,11 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
-    if !plan.bench.contour().is_rectangle() {
-        if outputs.iter().any(|output| matches!(Format::from_path(output), Ok(Format::Step))) {
-            return Err(Failure::refused(ExportError::StepOutline));
-        }
-        if !args.height_map.is_empty() || plan.settings.finish.is_some() {
-            return Err(Failure::Usage(
-                "height maps and finishes are made of rectangular blocks only: leave them out, or take --outline rectangle".into(),
-            ));
-        }
+    if !plan.bench.contour().is_rectangle() && (!args.height_map.is_empty() || plan.settings.finish.is_some()) {
+        return Err(Failure::Usage(
+            "height maps and finishes are made of rectangular blocks only: leave them out, or take --outline rectangle"
+                .into(),
+        ));
     }
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
