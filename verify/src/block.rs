@@ -1,7 +1,7 @@
 //! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
 use crate::{
-    mesh::Mesh,
+    mesh::{Mesh, TrimmedFace},
     outline::{Border, wall_tops},
     solid,
 };
@@ -115,6 +115,10 @@ impl Block {
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
+        if let Some(face) = &mesh.trimmed {
+            entry_face(mesh, in_entry, lo, plan_area(mesh))?;
+            return Self::trimmed(face, lo, hi);
+        }
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
             .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
@@ -152,8 +156,7 @@ impl Block {
         let (diagonals, mut normals) = cells(mesh, &node_of, &known, nx, ny)?;
         let border = match border {
             Some(points) => {
-                let around = || BlockError::Grid { why: "the walls do not go once around the exit face".into() };
-                let border = Border::new(points, known).ok_or_else(around)?;
+                let border = Border::new(points, known).ok_or_else(not_around)?;
                 border.complete(&mut heights, (nx, ny), lower, upper);
                 normals = None;
                 Some(Arc::new(border))
@@ -173,6 +176,29 @@ impl Block {
             normals,
             rim_z,
             border,
+            entry_face: (lo.truncate(), hi.truncate()),
+        })
+    }
+
+    /// A block whose file has its exit face as a surface, between these corners.
+    fn trimmed(face: &TrimmedFace, lo: DVec3, hi: DVec3) -> Result<Self, BlockError> {
+        let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
+        let (xs, ys) = (places(nx, lower.x, upper.x), places(ny, lower.y, upper.y));
+        let mut border = Border::new(face.outline_mm.clone(), Vec::new()).ok_or_else(not_around)?;
+        border.known = (0..nx * ny).map(|k| border.covers(DVec2::new(xs[k % nx], ys[k / nx]))).collect();
+        Ok(Self {
+            lower,
+            upper,
+            entry_z: lo.z,
+            nx,
+            ny,
+            xs,
+            ys,
+            heights: face.heights_mm.clone(),
+            diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
+            normals: None,
+            rim_z: face.rim_z_mm,
+            border: Some(Arc::new(border)),
             entry_face: (lo.truncate(), hi.truncate()),
         })
     }
@@ -343,6 +369,10 @@ impl Block {
 fn places(n: usize, lo: f64, hi: f64) -> Vec<f64> {
     let place = |k: usize| k as f64 / (n - 1) as f64;
     (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+}
+
+fn not_around() -> BlockError {
+    BlockError::Grid { why: "the walls do not go once around the exit face".into() }
 }
 
 /// The vertices of an exit face and their lines.

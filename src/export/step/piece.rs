@@ -54,9 +54,7 @@ impl Piece {
     pub(super) fn rate(&self, share: f64) -> DVec2 {
         match *self {
             Self::Straight { from, to } => to - from,
-            Self::Quarter { semi_axes, .. } => {
-                FRAC_PI_2 * DVec2::from_angle(self.angle(share)).perp() * semi_axes
-            }
+            Self::Quarter { semi_axes, .. } => FRAC_PI_2 * DVec2::from_angle(self.angle(share)).perp() * semi_axes,
         }
     }
 

@@ -236,9 +236,7 @@ impl Pipe {
 
 /// The sides of a polygon.
 fn straight(corners: &[DVec2]) -> Vec<Piece> {
-    (0..corners.len())
-        .map(|k| Piece::Straight { from: corners[k], to: corners[(k + 1) % corners.len()] })
-        .collect()
+    (0..corners.len()).map(|k| Piece::Straight { from: corners[k], to: corners[(k + 1) % corners.len()] }).collect()
 }
 
 #[cfg(test)]

@@ -120,8 +120,8 @@ impl<'a> Cubic<'a> {
         (slopes[0], slopes[n - 1]) = (slope(knots[0]), slope(knots[n - 1]));
         for k in 1..n - 1 {
             let (before, after) = (knots[k] - knots[k - 1], knots[k + 1] - knots[k]);
-            let right = 3.0
-                * ((places[k] - places[k - 1]) * (after / before) + (places[k + 1] - places[k]) * (before / after));
+            let right =
+                3.0 * ((places[k] - places[k - 1]) * (after / before) + (places[k + 1] - places[k]) * (before / after));
             let pivot = 2.0 * (before + after) - after * carried[k - 1];
             carried[k] = before / pivot;
             slopes[k] = (right - after * slopes[k - 1]) / pivot;
@@ -201,7 +201,8 @@ mod tests {
         let surface = HeightField::new(extent, Field::from_fn(61, 47, |i, j| h(extent.node(i, j, 61, 47))));
         for points in [(61, 47), (23, 31)] {
             let net = ControlNet::fitted(&surface, points);
-            for outline in [Outline::Circle, Outline::Rounded { radius_mm: 7.3 }, Outline::Rounded { radius_mm: 20.0 }] {
+            for outline in [Outline::Circle, Outline::Rounded { radius_mm: 7.3 }, Outline::Rounded { radius_mm: 20.0 }]
+            {
                 let contour = outline.within(extent);
                 for piece in Piece::around(&contour) {
                     let trace = Trace::new(&net, &contour, &piece);
@@ -233,10 +234,7 @@ mod tests {
 
     #[test]
     fn shares_of_a_line_are_the_line() {
-        let net = ControlNet::fitted(
-            &HeightField::new(Extent::new(20.0, 20.0), Field::filled(9, 9, 0.0)),
-            (9, 9),
-        );
+        let net = ControlNet::fitted(&HeightField::new(Extent::new(20.0, 20.0), Field::filled(9, 9, 0.0)), (9, 9));
         let contour = Outline::Circle.within(net.extent());
         let mut trace = Trace::new(&net, &contour, &Piece::around(&contour)[1]);
         let shares = trace.shares();

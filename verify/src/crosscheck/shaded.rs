@@ -78,7 +78,7 @@ mod tests {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
         let of_exit = triangles.len();
-        let mut mesh = Mesh { vertices, triangles, normals: None };
+        let mut mesh = Mesh { vertices, triangles, ..Mesh::default() };
         // A piece of a rim beside the face and a wall down to it, all above the entry face.
         let edge = mesh.vertices.len() as u32;
         let v = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);

@@ -122,7 +122,7 @@ impl<'a> Notes<'a> {
             let (a, b, c, d) = (below[k], below[next], border[next], border[k]);
             triangles.extend([[a, b, c], [a, c, d], [centre, b, a]]);
         }
-        Ok(Mesh { vertices, triangles, normals: None })
+        Ok(Mesh { vertices, triangles, ..Mesh::default() })
     }
 }
 

@@ -199,6 +199,6 @@ impl Assembler {
         }
         let complete = self.normal_corners.len() == self.triangles.len() && directions.iter().all(|n| n.is_finite());
         let normals = complete.then_some(CornerNormals { directions, corners: self.normal_corners });
-        Ok(Mesh { vertices: self.welder.into_vertices(), triangles: self.triangles, normals })
+        Ok(Mesh { vertices: self.welder.into_vertices(), triangles: self.triangles, normals, trimmed: None })
     }
 }
