@@ -76,6 +76,39 @@ fn the_verifier_knows_such_a_block_in_every_mesh_format_and_its_face_up_to_the_o
 }
 
 #[test]
+fn beams_at_the_outline_carry_the_light_of_their_part_within() {
+    let extent = Extent::new(50.0, 40.0);
+    let flat = HeightField::outlined(extent, Outline::Circle, Field::filled(101, 81, 0.0));
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("flat.stl");
+    let design = Design { name: "flat".into(), exit_face: ExitFace::Refracts { ior: 1.5 }, distance_mm: 120.0 };
+    export(&path, &Solid::new(&flat, Stock::default()).unwrap(), &design).unwrap();
+    let block = Block::from_mesh(&load::read(&path).unwrap()).unwrap();
+    let (nx, ny) = (50, 40);
+    let window = Window { size_mm: DVec2::new(50.0, 40.0), centre_mm: DVec2::ZERO, nx, ny };
+    let tracer = Tracer::for_block(&block, &Scene::new(1.5, 120.0, window)).unwrap();
+    // Beams that do not fall in line with the pixels.
+    let seen = beams(&tracer, 173, 139).image;
+    let contour = flat.contour();
+    let mean = contour.share_of_extent();
+    for j in 0..ny {
+        for i in 0..nx {
+            // The share of the pixel within the ellipse, by its rows; rows of pixels begin at the top, seen from behind the light.
+            let (left, top) = (25.0 - i as f64, 20.0 - j as f64);
+            let covered: f64 = (0..1000)
+                .map(|k| {
+                    let half = contour.half_width_mm(top - (f64::from(k) + 0.5) / 1000.0);
+                    (left.min(half) - (left - 1.0).max(-half)).max(0.0)
+                })
+                .sum::<f64>()
+                / 1000.0;
+            let got = seen.values[j * nx + i] * mean;
+            assert!((got - covered).abs() < 0.01, "{i}, {j}: {got} of {covered}");
+        }
+    }
+}
+
+#[test]
 fn a_round_block_is_made_written_read_and_made_again() {
     let workshop = Workshop::new();
     let made = workshop.run(

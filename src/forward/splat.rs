@@ -141,9 +141,18 @@ impl Film {
         0.0
     }
 
+    /// An edge that leaves the film: its part beside the film counts as running along the `border`.
+    #[cold]
+    fn bent(&mut self, low: DVec2, high: DVec2, border: f64, weight: f64) {
+        let share = (border - low.x) / (high.x - low.x);
+        let bend = DVec2::new(border, low.y + share * (high.y - low.y));
+        self.edge(low, bend, -weight);
+        self.edge(bend, high, -weight);
+    }
+
     /// Adds `weight` times the area to the right of the edge, counted negative where it runs along +y: `weight` is the density
     /// on its left less that on its right.
-    #[inline(always)]
+    #[inline]
     fn edge(&mut self, from: DVec2, to: DVec2, weight: f64) {
         if weight == 0.0 || from.y == to.y || !(from.is_finite() && to.is_finite()) {
             return;
@@ -152,6 +161,12 @@ impl Film {
         let (width, first) = (self.columns + 1, self.first_row as f64);
         let rows = self.flux.len() / width;
         let most = self.columns as f64;
+        for border in [0.0, most] {
+            if (low.x < border && high.x > border) || (low.x > border && high.x < border) {
+                self.bent(low, high, border, weight);
+                return;
+            }
+        }
         let slant = (high.x - low.x) / (high.y - low.y);
         let begin = (low.y - first).max(0.0);
         let end = (high.y - first).min(rows as f64);
@@ -189,6 +204,23 @@ impl Film {
             }
             y = next;
             row += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_dense_beam_across_the_border_of_the_film_leaves_its_share_on_it() {
+        // Thin, long and leaning: 0.01 cells wide, half of it beside the film.
+        for (left, sign) in [(0.0, 1.0), (7.0, -1.0)] {
+            let at = |x: f64, y: f64| Corner { at: DVec2::new(left + sign * x, y), flux: 1.0 };
+            let corners = [at(-0.805, 1.3), at(-0.795, 1.3), at(0.795, 1.7), at(0.805, 1.7)];
+            let film = Film::of_band(&corners, 2, (7, 5), |_, _| true, &[]);
+            assert!((film.landed - 0.5).abs() < 1e-9, "{}", film.landed);
+            assert!((film.outside - 0.5).abs() < 1e-9, "{}", film.outside);
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod border;
 mod carry;
+mod correction;
 mod equation;
 mod height;
 mod krylov;

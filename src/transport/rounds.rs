@@ -3,8 +3,8 @@
 use super::{
     NAME, Options,
     carry::Carrier,
+    correction::{Correction, GENTLE, STAGES},
     equation::State,
-    light,
     newton::Criterion,
     path::OpticalPath,
     pyramid::{FORCING, RMS, Solved, record},
@@ -20,23 +20,15 @@ use crate::{
     solver::{Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
-use rayon::prelude::*;
 use std::time::Instant;
 
-/// Most that a round changes the logarithm of the light.
-const MOST_CHANGE: f64 = 0.5;
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
 /// Newton steps of a round; the start is close.
 const STEPS: usize = 12;
 
-/// How firmly a round corrects: van Cittert iterations and the share of the correction. A round that made it worse is taken
-/// back and repeated one stage weaker; after the last stage the loop ends.
-const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
-/// The first stage without van Cittert iterations.
-const GENTLE: usize = 2;
 /// A round that takes away less than this share of the error is the last of its stage.
 const LEAST_GAIN: f64 = 0.03;
 
@@ -47,7 +39,6 @@ struct Best {
     error: f64,
     /// What could not be had, and what softening cost.
     flaws: report::Flaws,
-    light: Field<f64>,
     state: State,
     /// The iteration that led here did not converge.
     unconverged: bool,
@@ -70,6 +61,7 @@ pub(super) fn close(
     let mut carrier = Carrier::new(bench.contour(), nodes);
     let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
+    let mut correction: Option<Correction> = None;
     let mut stage = 0;
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
@@ -115,6 +107,14 @@ pub(super) fn close(
             }
         };
         let error = relative_rms(&seen.irradiance, &cells);
+        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
+        let correction = match &mut correction {
+            None => correction.insert(Correction::new(light.clone(), seen.irradiance.clone(), &cells, per_cell)),
+            Some(correction) => {
+                correction.learn(&light, &seen.irradiance, &cells);
+                correction
+            }
+        };
         if round == 0 && error > HARD {
             // White on black: creases are what the lens cannot hold, and firm corrections only fold them.
             stage = GENTLE;
@@ -122,15 +122,14 @@ pub(super) fn close(
         }
         let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
         if gain > 0.0 {
-            best = Some(Best { surface, seen, error, flaws, light: light.clone(), state: state.clone(), unconverged });
+            best = Some(Best { surface, seen, error, flaws, state: state.clone(), unconverged });
         }
         stage += usize::from(gain.is_nan() || gain < LEAST_GAIN);
         let Some(best) = best.as_ref().filter(|_| round < rounds && stage < STAGES.len()) else { break };
-        light.as_mut_slice().copy_from_slice(best.light.as_slice());
         if gain.is_nan() || gain <= 0.0 {
             state.clone_from(&best.state);
         }
-        correct(&mut light, &best.seen.irradiance, &cells, per_cell, options.floor(), STAGES[stage]);
+        correction.next(&cells, options.floor(), stage, &mut light);
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
         let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
@@ -170,49 +169,4 @@ fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
     let (a, b) = (seen.mean(), wanted.mean());
     let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
     (sum / seen.as_slice().len() as f64).sqrt()
-}
-
-/// Multiplies the light at the nodes by what the cells lack.
-fn correct(
-    light: &mut Field<f64>,
-    seen: &Field<f64>,
-    wanted: &Field<f64>,
-    per_cell: (usize, usize),
-    floor: f64,
-    (sharpenings, share): (usize, f64),
-) {
-    let data = seen
-        .as_slice()
-        .par_iter()
-        .zip(wanted.as_slice())
-        .map(|(s, w)| ((s + floor) / (w + floor)).ln().clamp(-MOST_CHANGE, MOST_CHANGE))
-        .collect();
-    let excess = sharpen(Field::from_vec(seen.nx(), seen.ny(), data), sharpenings);
-    let factor = light::interpolate(&excess, per_cell, |d| (-share * d.clamp(-MOST_CHANGE, MOST_CHANGE)).exp());
-    let nx = light.nx();
-    light.as_mut_slice().par_chunks_mut(nx).zip(factor.as_slice().par_chunks(nx)).for_each(|(light, factor)| {
-        light.iter_mut().zip(factor).for_each(|(light, factor)| *light *= factor);
-    });
-    light::normalise(light);
-}
-
-/// Undoes what interpolation between the centres of cells takes away from the mean over a cell, by van Cittert's iteration.
-///
-/// With two nodes per cell the mean over a cell of the interpolant weighs the cell with 3/4 and its neighbours with 1/8, along
-/// each axis.
-fn sharpen(cells: Field<f64>, iterations: usize) -> Field<f64> {
-    let (nx, ny) = (cells.nx(), cells.ny());
-    let mut sharp = cells.clone();
-    let mut blurred = vec![0.0; nx * ny];
-    for _ in 0..iterations {
-        blurred.par_chunks_mut(nx).enumerate().for_each(|(j, out)| {
-            let rows = [sharp.row(j.saturating_sub(1)), sharp.row(j), sharp.row((j + 1).min(ny - 1))];
-            let column = |i: usize| 0.75 * rows[1][i] + 0.125 * (rows[0][i] + rows[2][i]);
-            for (i, out) in out.iter_mut().enumerate() {
-                *out = 0.75 * column(i) + 0.125 * (column(i.saturating_sub(1)) + column((i + 1).min(nx - 1)));
-            }
-        });
-        sharp.as_mut_slice().iter_mut().zip(cells.as_slice()).zip(&blurred).for_each(|((s, c), b)| *s += c - b);
-    }
-    sharp
 }
