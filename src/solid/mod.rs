@@ -169,8 +169,7 @@ impl Solid {
         }
         let spline = SurfaceSpline::through(&surface);
         let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(&surface, &spline) };
-        let heights = border.iter().map(|(_, height)| *height);
-        let (low, high) = heights.fold(surface.range_mm(), |(low, high), z| (low.min(z), high.max(z)));
+        let (low, high) = range_with(&surface, &border);
         let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
         let top = high + shape.rise_mm();
         let entry_z = (top - thickness_mm) as f32;
@@ -216,6 +215,17 @@ impl Solid {
         }
         solid.number_faces();
         Ok(solid)
+    }
+
+    /// The highest place of the exit face of the block that a height field is closed to, mm: at a node or, of a block that is not
+    /// rectangular, on its outline.
+    pub fn highest_mm(surface: &HeightField) -> f64 {
+        let border = if surface.contour().is_rectangle() {
+            Vec::new()
+        } else {
+            trim::border(surface, &SurfaceSpline::through(surface))
+        };
+        range_with(surface, &border).1
     }
 
     /// A height of the library's frame as the files have it.
@@ -401,6 +411,11 @@ impl Solid {
             Diagonal::Falling
         }
     }
+}
+
+/// Least and greatest height of a face and of the points of its outline, mm.
+fn range_with(surface: &HeightField, border: &[(DVec2, f64)]) -> (f64, f64) {
+    border.iter().fold(surface.range_mm(), |(low, high), (_, z)| (low.min(*z), high.max(*z)))
 }
 
 /// Which corners of a cell a diagonal joins.

@@ -253,6 +253,25 @@ impl Block {
         Ok(self)
     }
 
+    /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it continue the face.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen from it.
+    pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
+        let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
+        let mut border = Border::new(around, Vec::new()).ok_or_else(refused)?;
+        border.known = (0..self.heights.len())
+            .map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate()))
+            .collect();
+        self.border = Some(Arc::new(border));
+        Ok(self)
+    }
+
+    /// The points on the outline of an exit face that is no rectangle, mm, in order around it.
+    pub fn outline(&self) -> Option<&[DVec3]> {
+        self.border.as_ref().map(|border| border.points())
+    }
+
     /// Nodes of the exit face along x and y.
     pub fn nodes(&self) -> (usize, usize) {
         (self.nx, self.ny)
@@ -569,6 +588,15 @@ mod tests {
         assert_eq!(block.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
         assert!(Block::from_heights(size, -3.0, (5, 4), vec![0.0; 19]).is_err());
         assert!(Block::from_heights(size, -3.0, (3, 4), vec![0.0; 12]).is_err());
+        let around = |radius: f64| -> Vec<DVec3> {
+            (0..40).map(|k| (radius * DVec2::from_angle(f64::from(k))).extend(2.0)).collect()
+        };
+        let disc = block.clone().within(around(4.0)).unwrap();
+        assert!(!disc.is_rectangular() && disc.covers(DVec2::new(0.0, 3.9)) && !disc.covers(DVec2::new(4.1, 0.0)));
+        assert_eq!(disc.outline().unwrap().len(), 40);
+        // The four nodes within 4 mm, and the outline.
+        assert_eq!(disc.height_range_mm(), (2.0, 12.0));
+        assert!(block.clone().within(around(0.0)).is_err());
         let mut sunken = vec![0.0; 20];
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();
