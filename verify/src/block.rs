@@ -31,6 +31,8 @@ pub struct Block {
     border: Option<Arc<Border>>,
     /// Least and greatest corner of the entry face, mm.
     entry_face: (DVec2, DVec2),
+    /// The curve around an entry face that is neither a rectangle nor the plan of the exit face.
+    entry_border: Option<Arc<Border>>,
 }
 
 /// The diagonal along which a cell of the grid is cut.
@@ -127,7 +129,15 @@ impl Block {
             // Or an outline that is no rectangle.
             let outlined =
                 || Grid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
-            let found = framed.or_else(outlined).ok_or(plain)?;
+            // Or a rim around such an outline.
+            let both = || {
+                let (in_rim, rim_z) = rim(mesh, in_entry, lo)?;
+                let inside: Vec<u32> = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
+                let below = |v: u32| in_entry(v) || in_rim[v as usize];
+                let (grid, border) = Grid::within(mesh, below, &inside).ok()?;
+                Some((grid, Some(rim_z), Some(border)))
+            };
+            let found = framed.or_else(outlined).or_else(both).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             Ok(found)
         })?;
@@ -160,6 +170,14 @@ impl Block {
             }
             None => None,
         };
+        let entry_border = if rim_z.is_some() && border.is_some() {
+            let around = || BlockError::Grid { why: "the walls do not go once around the entry face".into() };
+            let bottoms = wall_tops(mesh, |v| !in_entry(v));
+            let points = (0..mesh.vertices.len()).filter(|&v| bottoms[v]).map(|v| mesh.vertices[v]).collect();
+            Some(Arc::new(Border::new(points, Vec::new()).ok_or_else(around)?))
+        } else {
+            None
+        };
         Ok(Self {
             lower,
             upper,
@@ -174,6 +192,7 @@ impl Block {
             rim_z,
             border,
             entry_face: (lo.truncate(), hi.truncate()),
+            entry_border,
         })
     }
 
@@ -215,6 +234,7 @@ impl Block {
             rim_z: None,
             border: None,
             entry_face: (lower, upper),
+            entry_border: None,
         })
     }
 
@@ -307,6 +327,26 @@ impl Block {
     #[inline]
     pub fn covers(&self, at: DVec2) -> bool {
         self.border.as_ref().is_none_or(|border| border.covers(at))
+    }
+
+    /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no rectangle.
+    #[inline]
+    pub(crate) fn enters(&self, at: DVec2) -> bool {
+        match &self.entry_border {
+            Some(border) => border.covers(at),
+            None => self.covers(at),
+        }
+    }
+
+    /// Where the straight way from a point within the outline of an exit face that is no rectangle to one beyond crosses it, as a part of the
+    /// way.
+    pub(crate) fn leaves_at(&self, inside: DVec2, outside: DVec2) -> f64 {
+        let (mut near, mut far) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (near + far);
+            if self.covers(inside.lerp(outside, middle)) { near = middle } else { far = middle }
+        }
+        0.5 * (near + far)
     }
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
