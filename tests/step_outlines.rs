@@ -8,11 +8,12 @@ use glasswarp::{
     bench::ExitFace,
     export::{Design, StepTolerance, choose_net, write_step},
     grid::{Contour, Extent, Field, Outline},
-    solid::{Origin, Shape, Solid, Stock},
+    solid::{Origin, Rim, Shape, Solid, Stock},
     surface::{ControlNet, HeightField},
 };
 use glasswarp_verify::{Block, End, Mesh, Scene, Tracer, Window, beams, load, solid};
 use std::{
+    f64::consts::PI,
     fmt::Write as _,
     fs,
     path::{Path, PathBuf},
@@ -40,6 +41,8 @@ struct Written {
     solid: Solid,
     net: ControlNet,
     faces: usize,
+    /// Area of the plan around the exit face, mm².
+    rim_mm2: f64,
 }
 
 struct Files {
@@ -48,29 +51,39 @@ struct Files {
 }
 
 impl Files {
-    /// Every kind of outline, on the net of all nodes and on a coarse one, from every origin.
+    /// Every kind of outline, on the net of all nodes and on a coarse one, from every origin; with a rim and without.
     fn write() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (square, wide) = (Extent::new(40.0, 40.0), Extent::new(50.0, 36.0));
+        let raised = Rim { width_mm: 6.0, rise_mm: 1.0, mark_mm: Some(3.0) };
+        let flange = Rim { width_mm: 5.0, rise_mm: -4.5, mark_mm: None };
+        // A disc of 26 mm less what the mark cuts off, about the face; and a rectangle with corners of 11.3 mm about one with 6.3 mm.
+        let flat = 26.0 - 3.0 * std::f64::consts::FRAC_1_SQRT_2;
+        let segment = 676.0 * (flat / 26.0).acos() - flat * (676.0 - flat * flat).sqrt();
+        let corners = (4.0 - PI) * (11.3 * 11.3 - 6.3 * 6.3);
+        let (plain, around_disc, around_rounded) =
+            (0.0, PI * (676.0 - 400.0) - segment, 60.0 * 46.0 - 50.0 * 36.0 - corners);
         let mut files = Vec::new();
-        for (name, extent, outline, origin, faces) in [
-            ("disc", square, Outline::Circle, Origin::Exit, 6),
-            ("lying", wide, Outline::Circle, Origin::Corner, 6),
-            ("standing", Extent::new(36.0, 50.0), Outline::Circle, Origin::Entry, 6),
-            ("rounded", wide, Outline::Rounded { radius_mm: 6.3 }, Origin::StockTop, 10),
-            ("stadium", wide, Outline::Rounded { radius_mm: 18.0 }, Origin::Exit, 8),
+        for (name, extent, outline, origin, rim, faces, rim_mm2) in [
+            ("disc", square, Outline::Circle, Origin::Exit, None, 6, plain),
+            ("lying", wide, Outline::Circle, Origin::Corner, None, 6, plain),
+            ("standing", Extent::new(36.0, 50.0), Outline::Circle, Origin::Entry, None, 6, plain),
+            ("rounded", wide, Outline::Rounded { radius_mm: 6.3 }, Origin::StockTop, None, 10, plain),
+            ("stadium", wide, Outline::Rounded { radius_mm: 18.0 }, Origin::Exit, None, 8, plain),
+            ("raised", square, Outline::Circle, Origin::Corner, Some(raised), 13, around_disc),
+            ("flange", wide, Outline::Rounded { radius_mm: 6.3 }, Origin::Exit, Some(flange), 19, around_rounded),
         ] {
-            let surface = face(extent, outline, (81, 61));
-            let shape = Shape { origin, ..Shape::default() };
+            let surface = face(extent, outline, (61, 45));
+            let shape = Shape { origin, rim, ..Shape::default() };
             let solid = Solid::shaped(&surface, Stock::of_thickness(12.0), shape).unwrap();
             let nets =
-                [("coarse", ControlNet::fitted(&surface, (33, 27))), ("full", ControlNet::interpolating(&surface))];
+                [("coarse", ControlNet::fitted(&surface, (23, 20))), ("full", ControlNet::interpolating(&surface))];
             for (density, net) in nets {
                 let name = format!("{name}-{density}.step");
                 let mut bytes = Vec::new();
                 write_step(&mut bytes, &solid, &net, &design()).unwrap();
                 fs::write(folder.path().join(&name), bytes).unwrap();
-                files.push(Written { name, solid: solid.clone(), net, faces });
+                files.push(Written { name, solid: solid.clone(), net, faces, rim_mm2 });
             }
         }
         Self { folder, files }
@@ -122,7 +135,7 @@ fn rule(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
 }
 
 impl Written {
-    /// The volume between the net and the entry face, by quadrature over the chords of the outline. Where corners are round, the angle takes
+    /// The volume between the net, or the rim, and the entry face, by quadrature over the chords of the outline. Where corners are round, the angle takes
     /// the ordinate's place: in it chords have no vertical tangents.
     fn volume_mm3(&self) -> f64 {
         let contour = self.solid.contour().unwrap();
@@ -134,13 +147,14 @@ impl Written {
                 .sum()
         };
         let middle: f64 = rule(radius - half, half - radius).map(|(y, weight)| weight * strip(y)).sum();
-        let ends: f64 = rule(0.0, std::f64::consts::FRAC_PI_2)
+        let ends: f64 = rule(0.0, 0.5 * PI)
             .map(|(angle, weight)| {
                 let y = half - radius + radius * angle.sin();
                 weight * radius * angle.cos() * (strip(y) + strip(-y))
             })
             .sum();
-        middle + ends
+        let rim_mm = self.solid.rim_z_mm().map_or(0.0, |z| z - self.solid.entry_z_mm());
+        middle + ends + self.rim_mm2 * rim_mm
     }
 
     /// Places of the plan, from the middle to beyond the outline.
@@ -185,7 +199,7 @@ for name in os.environ['NAMES'].split():
     for file in &files.files {
         let contour = file.solid.contour().unwrap();
         let mut points = String::new();
-        for at in file.places(200).filter(|&at| !near_the_curve(&contour, at)) {
+        for at in file.places(100).filter(|&at| !near_the_curve(&contour, at)) {
             let [x, y, z] = (at.extend(file.net.sample(at).0) - file.solid.origin_mm()).to_array();
             writeln!(points, "{x:?} {y:?} {z:?} {}", contour.contains(at)).unwrap();
         }
@@ -280,11 +294,16 @@ fn the_verifier_traces_the_spline_itself_up_to_the_outline() {
         let mesh = read(&files.path(name), file);
         let report = solid::check(&mesh);
         assert!(report.is_sound(), "{name}: {report}");
-        assert!((report.volume_mm3 / file.volume_mm3() - 1.0).abs() < 2e-6, "{name}: {}", report.volume_mm3);
+        // Of facets.
+        assert!((report.volume_mm3 / file.volume_mm3() - 1.0).abs() < 3e-4, "{name}: {}", report.volume_mm3);
         let block = Block::from_mesh(&mesh).unwrap();
         let (contour, size) = (file.solid.contour().unwrap(), file.solid.extent().as_vec());
         assert!(!block.is_rectangular() && (block.size_mm() - size).length() < 1e-7, "{name}");
-        assert!((block.entry_z_mm() - file.solid.entry_z_mm()).abs() < 1e-8 && block.rim_z_mm().is_none());
+        assert!((block.entry_z_mm() - file.solid.entry_z_mm()).abs() < 1e-8);
+        let (rim, wanted) = (block.rim_z_mm(), file.solid.rim_z_mm());
+        assert!(rim.is_some() == wanted.is_some() && rim.zip(wanted).is_none_or(|(a, b)| (a - b).abs() < 1e-8));
+        // Light that a rim is in the way of ends there.
+        let is_free = wanted.is_none_or(|z| z < file.solid.surface().range_mm().0);
         let (nx, ny) = block.nodes();
         let wanted = file.net.sampled(nx, ny);
         let pairs = block.heights_mm().iter().zip(wanted.as_slice());
@@ -296,16 +315,16 @@ fn the_verifier_traces_the_spline_itself_up_to_the_outline() {
         let mut inside = 0;
         for at in file.places(2000).filter(|&at| !near_the_curve(&contour, at)) {
             assert_eq!(block.covers(at), contour.contains(at), "{name} at {at}");
-            if contour.contains(at) {
+            if contour.contains(at) && is_free {
                 let End::Receiver(got) = tracer.path(at).end else { panic!("{name}: no landing at {at}") };
                 let off = (got - landing(&file.net, at)).length();
                 assert!(off < 1e-5, "{name} at {at}: {off} mm");
                 inside += 1;
             }
         }
-        assert!(inside > 1400);
+        assert!(inside > 1400 || !is_free);
         let seen = beams(&tracer, 200, 200);
-        assert!(seen.flux.beside == 0.0 && seen.flux.lost == 0.0, "{name}: {:?}", seen.flux);
+        assert!(seen.flux.beside == 0.0 && (seen.flux.lost == 0.0 || !is_free), "{name}: {:?}", seen.flux);
     }
 }
 

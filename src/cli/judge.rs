@@ -83,20 +83,7 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
 pub(crate) fn open_block(path: &Path, origin: DVec3) -> Result<(Mesh, Block), Failure> {
     let mesh = read(path)?.moved(origin);
     let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
-    demand_rectangle(&block)?;
     Ok((mesh, block))
-}
-
-/// What is done to rectangular blocks only was asked of another.
-#[derive(Clone, Copy, Debug, thiserror::Error)]
-#[error(
-    "this block is not rectangular: checks, milling, finishes and other renderers take rectangular blocks only (--outline rectangle); `glasswarp verify` takes any"
-)]
-struct NotRectangular;
-
-/// Refuses a block that is not rectangular.
-pub(crate) fn demand_rectangle(block: &Block) -> Result<(), Failure> {
-    if block.is_rectangular() { Ok(()) } else { Err(Failure::refused(NotRectangular)) }
 }
 
 fn not_a_block(path: &Path, error: BlockError) -> Failure {

@@ -1,6 +1,8 @@
 //! Heights beyond the outline of a block, where there is no glass: what the spline through a grid needs there.
 
-use crate::grid::Field;
+use super::{HeightField, SurfaceSpline};
+use crate::grid::{Extent, Field};
+use glam::DVec2;
 use rayon::prelude::*;
 
 /// What is left of the bend from node to node.
@@ -82,10 +84,85 @@ fn estimates(n: usize, at: impl Fn(usize) -> f64) -> Vec<Estimate> {
     line
 }
 
+/// Nodes beyond the outline whose heights are kept as far as there are any, and up to which they blend into the continuation, spacings:
+/// the spline within notices two of them.
+const KEPT: (f64, f64) = (2.0, 5.0);
+/// From where to where the bend across the outline fades, spacings.
+const FADES: (f64, f64) = (2.0, 5.0);
+
+/// The heights of a face on a grid of `cells` more along each side, mm: those of the face where it has any, and beyond its outline a
+/// continuation that goes straight on along the normals of the outline, with the slope of the face there and a bend that soon fades.
+/// Neighbours along the outline go on side by side, so that nothing beyond is sharper than the outline of the face itself.
+pub(super) fn go_on_beyond(surface: &HeightField, (cx, cy): (usize, usize)) -> Field<f64> {
+    let (old, extent, contour) = (surface.heights_mm(), surface.extent(), surface.contour());
+    let (nx, ny) = (old.nx(), old.ny());
+    let spacing = extent.node_spacing(nx, ny);
+    let step = spacing.min_element();
+    let spline = SurfaceSpline::through(surface);
+    let size = extent.as_vec() + 2.0 * DVec2::new(cx as f64, cy as f64) * spacing;
+    let wide = Extent::new(size.x, size.y);
+    let (wx, wy) = (nx + 2 * cx, ny + 2 * cy);
+    let mut heights = vec![0.0; wx * wy];
+    heights.par_chunks_mut(wx).enumerate().for_each(|(j, row)| {
+        for (i, z) in row.iter_mut().enumerate() {
+            let (own_i, own_j) = (i.wrapping_sub(cx), j.wrapping_sub(cy));
+            let own = (own_i < nx && own_j < ny).then(|| old[(own_i, own_j)]);
+            let at = wide.node(i, j, wx, wy);
+            let beyond = contour.level(at).distance_mm / step;
+            let kept = own.map_or(0.0, |_| 1.0 - ramp(beyond, KEPT));
+            *z = kept * own.unwrap_or_default();
+            if kept < 1.0 {
+                *z += (1.0 - kept) * straight_on(&spline, contour.foot(at), at, step);
+            }
+        }
+    });
+    Field::from_vec(wx, wy, heights)
+}
+
+/// The face gone on from a point of its outline to one beyond.
+fn straight_on(spline: &SurfaceSpline, foot: DVec2, at: DVec2, step: f64) -> f64 {
+    let (face, way) = (spline.sample(foot), at - foot);
+    let length = way.length();
+    let along = way.normalize_or_zero();
+    let [xx, xy, yy] = face.curvature;
+    let bend = xx * along.x * along.x + 2.0 * xy * along.x * along.y + yy * along.y * along.y;
+    // The bend is constant, then falls in a straight line to nothing: integrated twice.
+    let (begin, end) = (FADES.0 * step, FADES.1 * step);
+    let part = (length - begin).clamp(0.0, end - begin);
+    let lacks = part * part * part / (6.0 * (end - begin));
+    let risen = 0.5 * length.min(end) * length.min(end) - lacks;
+    let after = (length - end).max(0.0) * 0.5 * (begin + end);
+    face.height_mm + face.slope.dot(way) + bend * (risen + after)
+}
+
+/// Keeps the heights far beyond the outline within those of the face: above soon, where there is no stock; below late, so that no hollow
+/// that this makes keeps a cutter from the face.
+pub(super) fn limit(surface: &HeightField, heights: &mut Field<f64>) {
+    let ((low, high), contour) = (surface.range_mm(), surface.contour());
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let extent = surface.extent();
+    let (step, size) = (extent.node_spacing(nx, ny).min_element(), extent.as_vec().min_element());
+    heights.as_mut_slice().par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
+        for (i, z) in row.iter_mut().enumerate() {
+            let beyond = contour.level(extent.node(i, j, nx, ny)).distance_mm;
+            if beyond > 0.0 {
+                *z += ramp(beyond, (5.0 * step, 12.0 * step)) * (z.min(high) - *z);
+                *z += ramp(beyond, (0.05 * size, 0.1 * size)) * (z.max(low) - *z);
+            }
+        }
+    });
+}
+
+/// Rises smoothly from 0 to 1 between two places.
+fn ramp(at: f64, (begin, end): (f64, f64)) -> f64 {
+    let t = ((at - begin) / (end - begin)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::{Extent, Outline};
+    use crate::grid::Outline;
 
     #[test]
     fn a_plane_goes_on_and_a_dome_does_so_smoothly() {

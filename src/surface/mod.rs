@@ -74,6 +74,12 @@ impl HeightField {
         if cx + cy == 0 {
             return self.clone();
         }
+        if !self.contour().is_rectangle() {
+            let size = self.extent.as_vec() + 2.0 * cells * spacing;
+            let outline = self.outline.grown((cells * spacing).min_element());
+            let heights_mm = extend::go_on_beyond(self, (cx, cy));
+            return Self { extent: Extent::new(size.x, size.y), outline, heights_mm };
+        }
         let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
         along_x.par_chunks_mut(nx + 2 * cx).zip(old.as_slice().par_chunks(nx)).for_each(|(line, heights)| {
             line[cx..cx + nx].copy_from_slice(heights);
@@ -99,6 +105,23 @@ impl HeightField {
         Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
     }
 
+    /// The same face within its outline; beyond, heights that go straight on across it, and far from it lie within those of the
+    /// face. What smooths or cuts the face looks there.
+    pub fn continued(&self) -> Self {
+        if self.contour().is_rectangle() {
+            return self.clone();
+        }
+        let mut heights_mm = extend::go_on_beyond(self, (0, 0));
+        extend::limit(self, &mut heights_mm);
+        Self { heights_mm, ..self.clone() }
+    }
+
+    /// The face as it is cut into a sheet of its whole extent, which is cut to the outline afterwards: [`continued`](Self::continued),
+    /// as a rectangle. Heights stay as they are: their mean is 0 within the outline.
+    pub fn sheet(&self) -> Self {
+        Self { outline: Outline::Rectangle, ..self.continued() }
+    }
+
     /// Size of the face.
     pub fn extent(&self) -> Extent {
         self.extent
@@ -117,6 +140,14 @@ impl HeightField {
     /// Node heights, mm; beyond the outline, their continuation.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
+    }
+
+    /// Node heights, mm; another value beyond the outline.
+    pub fn heights_within(&self, beyond: f64) -> Field<f64> {
+        let (contour, heights) = (self.contour(), &self.heights_mm);
+        let (nx, ny) = (heights.nx(), heights.ny());
+        let inside = |i, j| contour.contains(self.extent.node(i, j, nx, ny));
+        Field::from_fn(nx, ny, |i, j| if inside(i, j) { heights[(i, j)] } else { beyond })
     }
 
     /// The same face on another number of nodes: the spline through its own, sampled.

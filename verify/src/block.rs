@@ -31,6 +31,8 @@ pub struct Block {
     border: Option<Arc<Border>>,
     /// Least and greatest corner of the entry face, mm.
     entry_face: (DVec2, DVec2),
+    /// The curve around an entry face that is neither a rectangle nor the plan of the exit face.
+    entry_border: Option<Arc<Border>>,
 }
 
 /// The diagonal along which a cell of the grid is cut.
@@ -117,7 +119,7 @@ impl Block {
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
         if let Some(face) = &mesh.trimmed {
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
-            return Self::trimmed(face, lo, hi);
+            return Self::trimmed(mesh, face, in_entry);
         }
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
@@ -131,7 +133,15 @@ impl Block {
             // Or an outline that is no rectangle.
             let outlined =
                 || Grid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
-            let found = framed.or_else(outlined).ok_or(plain)?;
+            // Or a rim around such an outline.
+            let both = || {
+                let (in_rim, rim_z) = rim(mesh, in_entry, lo)?;
+                let inside: Vec<u32> = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
+                let below = |v: u32| in_entry(v) || in_rim[v as usize];
+                let (grid, border) = Grid::within(mesh, below, &inside).ok()?;
+                Some((grid, Some(rim_z), Some(border)))
+            };
+            let found = framed.or_else(outlined).or_else(both).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             Ok(found)
         })?;
@@ -163,6 +173,8 @@ impl Block {
             }
             None => None,
         };
+        let framed = rim_z.is_some() && border.is_some();
+        let entry_border = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
         Ok(Self {
             lower,
             upper,
@@ -177,30 +189,32 @@ impl Block {
             rim_z,
             border,
             entry_face: (lo.truncate(), hi.truncate()),
+            entry_border,
         })
     }
 
-    /// A block whose file has its exit face as a surface, between these corners.
-    fn trimmed(face: &TrimmedFace, lo: DVec3, hi: DVec3) -> Result<Self, BlockError> {
+    /// A block whose file has its exit face as a surface.
+    fn trimmed(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
         let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
-        let (xs, ys) = (places(nx, lower.x, upper.x), places(ny, lower.y, upper.y));
-        let mut border = Border::new(face.outline_mm.clone(), Vec::new()).ok_or_else(not_around)?;
-        border.known = (0..nx * ny).map(|k| border.covers(DVec2::new(xs[k % nx], ys[k / nx]))).collect();
-        Ok(Self {
+        let (lo, hi) = mesh.bounds();
+        let entry_border = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
+        let block = Self {
             lower,
             upper,
             entry_z: lo.z,
             nx,
             ny,
-            xs,
-            ys,
+            xs: places(nx, lower.x, upper.x),
+            ys: places(ny, lower.y, upper.y),
             heights: face.heights_mm.clone(),
             diagonals: vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
             normals: None,
             rim_z: face.rim_z_mm,
-            border: Some(Arc::new(border)),
+            border: None,
             entry_face: (lo.truncate(), hi.truncate()),
-        })
+            entry_border,
+        };
+        block.within(face.outline_mm.clone())
     }
 
     /// A block of this size (mm, centred on the axis) whose exit face has `nx` by `ny` nodes at these heights (mm, row-major: rows along `+y`), and whose entry face
@@ -241,6 +255,7 @@ impl Block {
             rim_z: None,
             border: None,
             entry_face: (lower, upper),
+            entry_border: None,
         })
     }
 
@@ -279,6 +294,24 @@ impl Block {
         Ok(self)
     }
 
+    /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it continue the face.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen from it.
+    pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
+        let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
+        let mut border = Border::new(around, Vec::new()).ok_or_else(refused)?;
+        border.known =
+            (0..self.heights.len()).map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
+        self.border = Some(Arc::new(border));
+        Ok(self)
+    }
+
+    /// The points on the outline of an exit face that is no rectangle, mm, in order around it.
+    pub fn outline(&self) -> Option<&[DVec3]> {
+        self.border.as_ref().map(|border| border.points())
+    }
+
     /// Nodes of the exit face along x and y.
     pub fn nodes(&self) -> (usize, usize) {
         (self.nx, self.ny)
@@ -314,6 +347,26 @@ impl Block {
     #[inline]
     pub fn covers(&self, at: DVec2) -> bool {
         self.border.as_ref().is_none_or(|border| border.covers(at))
+    }
+
+    /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no rectangle.
+    #[inline]
+    pub(crate) fn enters(&self, at: DVec2) -> bool {
+        match &self.entry_border {
+            Some(border) => border.covers(at),
+            None => self.covers(at),
+        }
+    }
+
+    /// Where the straight way from a point within the outline of an exit face that is no rectangle to one beyond crosses it, as a part of the
+    /// way.
+    pub(crate) fn leaves_at(&self, inside: DVec2, outside: DVec2) -> f64 {
+        let (mut near, mut far) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (near + far);
+            if self.covers(inside.lerp(outside, middle)) { near = middle } else { far = middle }
+        }
+        0.5 * (near + far)
     }
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
@@ -369,6 +422,14 @@ impl Block {
 fn places(n: usize, lo: f64, hi: f64) -> Vec<f64> {
     let place = |k: usize| k as f64 / (n - 1) as f64;
     (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+}
+
+/// The curve around the entry face.
+fn around_entry(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Result<Arc<Border>, BlockError> {
+    let around = || BlockError::Grid { why: "the walls do not go once around the entry face".into() };
+    let bottoms = wall_tops(mesh, |v| !in_entry(v));
+    let points = (0..mesh.vertices.len()).filter(|&v| bottoms[v]).map(|v| mesh.vertices[v]).collect();
+    Ok(Arc::new(Border::new(points, Vec::new()).ok_or_else(around)?))
 }
 
 fn not_around() -> BlockError {
@@ -599,6 +660,15 @@ mod tests {
         assert_eq!(block.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
         assert!(Block::from_heights(size, -3.0, (5, 4), vec![0.0; 19]).is_err());
         assert!(Block::from_heights(size, -3.0, (3, 4), vec![0.0; 12]).is_err());
+        let around = |radius: f64| -> Vec<DVec3> {
+            (0..40).map(|k| (radius * DVec2::from_angle(f64::from(k))).extend(2.0)).collect()
+        };
+        let disc = block.clone().within(around(4.0)).unwrap();
+        assert!(!disc.is_rectangular() && disc.covers(DVec2::new(0.0, 3.9)) && !disc.covers(DVec2::new(4.1, 0.0)));
+        assert_eq!(disc.outline().unwrap().len(), 40);
+        // The four nodes within 4 mm, and the outline.
+        assert_eq!(disc.height_range_mm(), (2.0, 12.0));
+        assert!(block.clone().within(around(0.0)).is_err());
         let mut sunken = vec![0.0; 20];
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();

@@ -44,7 +44,7 @@ pub(crate) fn wall_tops(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Vec<bool
 impl Border {
     /// Puts the points in order. None if they do not go once around their middle.
     pub(crate) fn new(mut points: Vec<DVec3>, known: Vec<bool>) -> Option<Self> {
-        if points.len() < 8 {
+        if points.len() < 3 {
             return None;
         }
         let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -58,6 +58,11 @@ impl Border {
             (a - centre).perp_dot(b - centre) > 0.0
         });
         turns.then_some(border)
+    }
+
+    /// The points in order, mm.
+    pub(crate) fn points(&self) -> &[DVec3] {
+        &self.points
     }
 
     /// Heights of the points, mm.

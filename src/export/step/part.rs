@@ -76,7 +76,7 @@ impl<'a> Part<'a> {
                 let curve = match &edge.curve {
                     Curve::Line => self.line(shell.vertices[edge.from], shell.vertices[edge.to]),
                     Curve::Border(side) => self.border(*side),
-                    Curve::Quarter(pipe) => self.ellipse(pipe),
+                    Curve::Arc(pipe) => self.ellipse(pipe),
                     Curve::Trace(trace) => {
                         let of_edge = |face: &Face| face.loops.iter().flatten().any(|used| used.0 == k);
                         let faces = shell.faces.iter().zip(&surfaces).filter(|(face, _)| of_edge(face));
@@ -170,7 +170,7 @@ impl<'a> Part<'a> {
 
     /// Parameters of a wall are the angle and the height above its placement. Along the curve the angle is linear.
     fn on_pipe(&self, trace: &Trace, pipe: &Pipe) -> Vec<DVec2> {
-        let angles = trace.shares().into_iter().map(|share| pipe.begin() + std::f64::consts::FRAC_PI_2 * share);
+        let angles = trace.shares().into_iter().map(|share| pipe.begin() + share * pipe.turn);
         let heights = trace.points.iter().map(|at| at.z - self.origin.z - pipe.centre.z);
         angles.zip(heights).map(DVec2::from).collect()
     }

@@ -7,6 +7,7 @@ use crate::{
     surface::ControlNet,
 };
 use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// An edge between two vertices.
 #[derive(Clone, Debug)]
@@ -22,20 +23,21 @@ pub(super) enum Curve {
     Line,
     /// The border of the exit face: south, east, north, west from 0 to 3, along +x or +y.
     Border(usize),
-    /// A quarter of an ellipse in the plane of its two vertices.
-    Quarter(Pipe),
+    /// Of an ellipse, in the plane of its two vertices.
+    Arc(Pipe),
     /// Where the exit face meets a wall that is not a side of its rectangle, in the library's frame.
     Trace(Trace),
 }
 
-/// An upright elliptic cylinder, or the ellipse that it is above.
+/// An upright elliptic cylinder, or the ellipse that it is above, and the part of it that is meant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pipe {
     /// In the coordinates of the files.
     pub(super) centre: DVec3,
     pub(super) semi_axes: DVec2,
-    /// Where a [`Piece::Quarter`] begins.
-    pub(super) begin: u8,
+    /// The angle at which a [`Piece::Arc`] begins, from `+x`, and by how much it turns.
+    begin: f64,
+    pub(super) turn: f64,
 }
 
 /// What a face lies in.
@@ -90,9 +92,9 @@ impl Shell {
         let contour = solid.contour().unwrap_or_else(|| Outline::Rectangle.within(net.extent()));
         let around = Piece::around(&contour);
         let exit = shell.exit(solid, net, &contour, &around);
-        let outer = match solid.contour() {
-            Some(_) => around.clone(),
-            None => straight(&solid.shape().outline(net.extent())),
+        let outer = match solid.curve() {
+            (curve, Some((along, reach))) => Piece::cut_off(&Piece::around(&curve), along, reach),
+            (curve, None) => Piece::around(&curve),
         };
         let lower = shell.ring(solid, &outer, solid.entry_z_mm());
         let reversed: Vec<usize> = lower.iter().rev().copied().collect();
@@ -153,7 +155,7 @@ impl Shell {
         for (k, piece) in pieces.iter().enumerate() {
             if let Some(pipe) = Pipe::of(piece, z, origin) {
                 let (from, to) = (ring[k], ring[(k + 1) % ring.len()]);
-                self.edges.push(Edge { from, to, curve: Curve::Quarter(pipe) });
+                self.edges.push(Edge { from, to, curve: Curve::Arc(pipe) });
             }
         }
         ring
@@ -215,8 +217,8 @@ impl Pipe {
     fn of(piece: &Piece, z: f64, origin: DVec3) -> Option<Self> {
         match *piece {
             Piece::Straight { .. } => None,
-            Piece::Quarter { centre, semi_axes, begin } => {
-                Some(Self { centre: centre.extend(z) - origin, semi_axes, begin })
+            Piece::Arc { centre, semi_axes, begin, end } => {
+                Some(Self { centre: centre.extend(z) - origin, semi_axes, begin, turn: end - begin })
             }
         }
     }
@@ -227,16 +229,12 @@ impl Pipe {
         if x >= y { (x, DVec3::X, y) } else { (y, DVec3::Y, x) }
     }
 
-    /// The angle at which it begins, counted from the greater semi-axis, rad; it ends a right angle further, at 2 pi at most.
+    /// The angle at which it begins, counted from the greater semi-axis, rad; it ends at 2 pi at most.
     pub(super) fn begin(&self) -> f64 {
-        let turns = if self.semi_axes.x >= self.semi_axes.y { self.begin } else { (self.begin + 3) % 4 };
-        std::f64::consts::FRAC_PI_2 * f64::from(turns)
+        let from = if self.semi_axes.x >= self.semi_axes.y { 0.0 } else { FRAC_PI_2 };
+        // Arcs begin on an axis at the earliest, and rounding makes no turn of it.
+        if self.begin < from - 1e-9 { self.begin - from + TAU } else { (self.begin - from).max(0.0) }
     }
-}
-
-/// The sides of a polygon.
-fn straight(corners: &[DVec2]) -> Vec<Piece> {
-    (0..corners.len()).map(|k| Piece::Straight { from: corners[k], to: corners[(k + 1) % corners.len()] }).collect()
 }
 
 #[cfg(test)]
@@ -285,7 +283,7 @@ mod tests {
                         assert!(((a.truncate() / pipe.semi_axes).length() - 1.0).abs() < 1e-12);
                         area += 0.5 * a.cross(b);
                     }
-                    let middle = DVec2::from_angle(std::f64::consts::FRAC_PI_2 * (f64::from(pipe.begin) + 0.5));
+                    let middle = DVec2::from_angle(pipe.begin + 0.5 * pipe.turn);
                     let turn = area.dot(middle.extend(0.0));
                     assert!(if facing == Facing::Out { turn > 0.1 } else { turn < -0.1 }, "{face:?}");
                 }
@@ -314,16 +312,22 @@ mod tests {
     fn walls_of_other_outlines_are_pieces_of_cylinders_and_planes() {
         let extent = Extent::new(20.0, 30.0);
         let heights = Field::from_fn(41, 61, |i, j| 0.01 * (0.1 * (i * i) as f64).sin() + 0.002 * j as f64);
-        for (outline, faces, edges) in [
-            (Outline::Circle, 6, 12),
-            (Outline::Rounded { radius_mm: 4.0 }, 10, 24),
-            (Outline::Rounded { radius_mm: 10.0 }, 8, 18),
+        let raised = Some(Rim { width_mm: 4.0, rise_mm: 0.5, mark_mm: None });
+        let flange = Some(Rim { width_mm: 4.0, rise_mm: -2.0, mark_mm: Some(2.0) });
+        for (outline, rim, faces, edges) in [
+            (Outline::Circle, None, 6, 12),
+            (Outline::Rounded { radius_mm: 4.0 }, None, 10, 24),
+            (Outline::Rounded { radius_mm: 10.0 }, None, 8, 18),
+            (Outline::Circle, raised, 11, 24),
+            (Outline::Circle, flange, 13, 30),
+            (Outline::Rounded { radius_mm: 4.0 }, raised, 19, 48),
+            (Outline::Rounded { radius_mm: 4.0 }, flange, 21, 54),
         ] {
             let surface = HeightField::outlined(extent, outline, heights.clone());
-            let shape = Shape { origin: Origin::Corner, ..Shape::default() };
+            let shape = Shape { origin: Origin::Corner, rim, ..Shape::default() };
             let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
             let shell = Shell::new(&solid, &ControlNet::interpolating(&surface));
-            assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{outline:?}");
+            assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{outline:?} {rim:?}");
             examine(&shell);
         }
     }

@@ -76,8 +76,8 @@ fn first_knots(net: &ControlNet, piece: &Piece) -> Vec<f64> {
             knots.sort_by(f64::total_cmp);
             knots
         }
-        Piece::Quarter { semi_axes, .. } => {
-            let count = (std::f64::consts::FRAC_PI_2 * (semi_axes * per_mm).max_element()).ceil().max(4.0);
+        Piece::Arc { semi_axes, begin, end, .. } => {
+            let count = ((end - begin) * (semi_axes * per_mm).max_element()).ceil().max(4.0);
             (0..=count as usize).map(|k| k as f64).collect()
         }
     }

@@ -1,6 +1,10 @@
 //! The file's own triangles with the normals that renderers shall interpolate.
 
-use crate::{block::Block, mesh::Mesh, shading::node_normals};
+use crate::{
+    block::Block,
+    mesh::Mesh,
+    shading::{node_normals, spline_through},
+};
 use glam::{DVec2, DVec3, Vec3};
 
 /// A mesh with one normal per vertex, in the single precision of renderers. Where the exit face meets a wall the
@@ -14,13 +18,19 @@ pub(super) struct ShadedMesh {
 
 impl ShadedMesh {
     /// The triangles of `mesh`, in which `block` was recognised: nodes of the exit face have the normals that the verifier
-    /// interpolates, everything else is flat.
+    /// interpolates, everything else is flat. Of a face that is no rectangle, the vertices on its outline have the spline's.
     pub(super) fn new(mesh: &Mesh, block: &Block) -> Self {
         let (lower, size) = (block.lower, block.size_mm());
         let of_nodes = node_normals(block);
         let cell = size / DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64);
+        let outlined = block.outline().map(|_| spline_through(block));
         // Half a cell, seen from above: walls have no plan, and a rim has another place.
         let of_exit_face = |[a, b, c]: [DVec3; 3]| {
+            if outlined.is_some() {
+                // Less of one between the last nodes and the outline.
+                let faces_up = (b - a).truncate().perp_dot((c - a).truncate()) > 0.0;
+                return faces_up && block.covers((a + b + c).truncate() / 3.0);
+            }
             let at_home = |p: DVec3| {
                 let from = p.truncate() - lower;
                 (from + 0.25 * cell).min_element() >= 0.0 && (from - size).cmple(0.25 * cell).all()
@@ -28,10 +38,14 @@ impl ShadedMesh {
             let plan = (b - a).truncate().perp_dot((c - a).truncate());
             plan > 0.5 * cell.x * cell.y && at_home(a) && at_home(b) && at_home(c)
         };
-        let node = |v: DVec3| {
+        let normal = |v: DVec3| {
+            if let Some(spline) = &outlined {
+                let jet = spline.jet(v.x, v.y);
+                return DVec3::new(-jet.zx, -jet.zy, 1.0).normalize();
+            }
             let i = ((v.x - lower.x) / size.x * (block.nx - 1) as f64).round() as usize;
             let j = ((v.y - lower.y) / size.y * (block.ny - 1) as f64).round() as usize;
-            j * block.nx + i
+            of_nodes[j * block.nx + i]
         };
         let mut shared = vec![u32::MAX; mesh.vertices.len()];
         let mut made = Self { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
@@ -46,7 +60,7 @@ impl ShadedMesh {
                 } else {
                     let place = &mut shared[v as usize];
                     if *place == u32::MAX {
-                        *place = made.push(corner, of_nodes[node(corner)]);
+                        *place = made.push(corner, normal(corner));
                     }
                     *place
                 };

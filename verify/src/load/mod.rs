@@ -5,6 +5,7 @@
 mod glb;
 mod height_map;
 mod obj;
+mod outlined;
 mod ply;
 mod step;
 mod stl;

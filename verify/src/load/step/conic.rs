@@ -8,6 +8,10 @@ use std::f64::consts::TAU;
 /// Samples of a whole ellipse: what a polygon of them lacks in area is less than a millionth.
 const AROUND: f64 = 4096.0;
 
+/// Unrolled walls are cut so much wider than they are: triangles between neighbours all the way up are near the wall, those that
+/// reach far around it are not.
+const STRETCH: f64 = 1e4;
+
 /// An ellipse in space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Conic {
@@ -106,7 +110,7 @@ impl Part<'_> {
             // From vertex to vertex by the shorter way: a seam is at both ends.
             let turn = place.to_angle() - angle;
             angle += turn - TAU * (turn / TAU).round();
-            flat.push(DVec2::new(size * angle, height));
+            flat.push(DVec2::new(STRETCH * size * angle, height));
         }
         let n = flat.len();
         let area: f64 = (0..n).map(|k| flat[k].perp_dot(flat[(k + 1) % n])).sum();
