@@ -26,7 +26,7 @@ const DISTANCE_MM: f64 = 150.0;
 fn face(extent: Extent, outline: Outline, (nx, ny): (usize, usize)) -> HeightField {
     let h = |p: DVec2| 0.3 * (0.31 * p.x).sin() * (0.27 * p.y + 0.4).cos() - 0.004 * p.length_squared();
     let (contour, near) = (outline.within(extent), 1.5 * extent.node_spacing(nx, ny).max_element());
-    let is_near = |p: DVec2| (0..16).any(|k| contour.contains(p + near * DVec2::from_angle(f64::from(k) * 0.3927)));
+    let is_near = |p: DVec2| (0..16).any(|k| contour.contains(p + near * DVec2::from_angle(f64::from(k) * 0.125 * PI)));
     let height = |p: DVec2| if is_near(p) { h(p) } else { f64::NAN };
     HeightField::outlined(extent, outline, Field::from_fn(nx, ny, |i, j| height(extent.node(i, j, nx, ny))))
 }

@@ -65,10 +65,11 @@ impl Part<'_> {
         let spline = Bicubic::through(&grid.heights, grid.nx, grid.ny, grid.lower.to_array(), grid.upper.to_array());
         let gap = |at: &DVec3| {
             let beyond = (grid.lower - at.truncate()).max(at.truncate() - grid.upper).max_element();
-            (at.z - spline.jet(at.x, at.y).z).abs().max(beyond)
+            let above = (at.z - spline.jet(at.x, at.y).z).abs();
+            if above.is_nan() { f64::INFINITY } else { above.max(beyond) }
         };
-        // Also where it is not a number.
-        if let Some(gap) = points.iter().map(gap).find(|gap| !(*gap <= GAP_MM)) {
+        let gap = points.iter().map(gap).fold(0.0, f64::max);
+        if gap > GAP_MM {
             return Err(malformed(format!(
                 "the edges of the B-spline face #{number} lie up to {gap:.1e} mm beside it"
             )));
