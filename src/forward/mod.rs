@@ -47,6 +47,8 @@ pub struct Caustic {
     pub reflected: f64,
     /// Share of the flux in beams that are folded over, as between a crease and its image.
     pub folded: f64,
+    /// The cells that those beams land nearest to, as places in `irradiance`, ascending.
+    pub folds: Vec<u32>,
 }
 
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
@@ -134,11 +136,15 @@ pub fn irradiance(
     let total: f64 = landed + outside + reflected;
     let mean = total / sum.len() as f64;
     sum.iter_mut().for_each(|v| *v /= mean);
+    let mut folds: Vec<u32> = bands.into_iter().flat_map(|film| film.folds).collect();
+    folds.sort_unstable();
+    folds.dedup();
     Caustic {
         irradiance: Field::from_vec(cells.0, cells.1, sum),
         outside: outside / total,
         reflected: reflected / total,
         folded: folded / total,
+        folds,
     }
 }
 

@@ -19,6 +19,8 @@ pub(super) struct Film {
     pub(super) reflected: f64,
     /// Flux in folded triangles.
     pub(super) folded: f64,
+    /// The cells of the window that they land nearest to.
+    pub(super) folds: Vec<u32>,
 }
 
 /// Triangles of less area than this share of their longest edge's square, or of a cell, are put on one cell: the density of such a
@@ -51,7 +53,9 @@ impl Film {
             outside: 0.0,
             reflected: 0.0,
             folded: 0.0,
+            folds: Vec::new(),
         };
+        let window = DVec2::new((columns - 1) as f64, (rows - 1) as f64);
         let mut total = 0.0;
         let mut below = vec![0.0; width - 1];
         let empty = corners.len() / width - 1;
@@ -64,8 +68,8 @@ impl Film {
                 let (lower, upper) = match next {
                     Some(next) if whole(i, j) => {
                         let (c, d) = (next[i + 1], next[i]);
-                        let lower = film.density([a, b, c], &mut total);
-                        let upper = film.density([a, c, d], &mut total);
+                        let lower = film.density([a, b, c], window, &mut total);
+                        let upper = film.density([a, c, d], window, &mut total);
                         // Diagonal: the upper triangle lies on its left.
                         film.edge(a.at, c.at, upper - lower);
                         film.edge(a.at, d.at, before - upper);
@@ -86,7 +90,7 @@ impl Film {
             }
         }
         for &[a, b, c] in pieces {
-            let density = film.density([a, b, c], &mut total);
+            let density = film.density([a, b, c], window, &mut total);
             film.edge(a.at, b.at, density);
             film.edge(b.at, c.at, density);
             film.edge(c.at, a.at, density);
@@ -114,7 +118,7 @@ impl Film {
 
     /// Flux per area of half a beam, negative if it is folded; 0 if it is reflected or was put on a single cell.
     #[inline(always)]
-    fn density(&mut self, [a, b, c]: [Corner; 3], total: &mut f64) -> f64 {
+    fn density(&mut self, [a, b, c]: [Corner; 3], window: DVec2, total: &mut f64) -> f64 {
         let flux = (a.flux + b.flux + c.flux) / 6.0;
         *total += flux;
         let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
@@ -123,6 +127,8 @@ impl Film {
         if area.abs() > LEAST_AREA * longest.max(1.0) {
             if area < 0.0 {
                 self.folded += flux;
+                let cell = ((a.at + b.at + c.at) / 3.0).floor().clamp(DVec2::ZERO, window).as_uvec2();
+                self.folds.push(cell.y * self.columns as u32 + cell.x);
             }
             return flux / area;
         }

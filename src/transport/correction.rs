@@ -6,7 +6,10 @@
 //! keeps the light that drew it best, and a round that made it worse there is taken back there, and is gentler from then on.
 
 use super::light;
-use crate::grid::Field;
+use crate::{
+    forward::Caustic,
+    grid::{Contour, Field},
+};
 use rayon::prelude::*;
 
 /// Most that a round changes the logarithm of the light.
@@ -16,6 +19,17 @@ const MOST_CHANGE: f64 = 0.5;
 pub(super) const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
 /// The first stage without van Cittert iterations.
 pub(super) const GENTLE: usize = 2;
+
+/// A place whose mean square error stays above this share of what it was goes on to the next stage.
+const STALLED: f64 = 0.94;
+/// A first light that folds no more than this share of itself shows that the picture needs no folds.
+const FEW_FOLDS: f64 = 1e-5;
+/// The light of so many cells around a fold made it.
+const FOLD_REACH: usize = 3;
+/// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
+/// lens's nodes can hold.
+const SQUEEZED: usize = 20;
+const LAST: u8 = STAGES.len() as u8 - 1;
 
 /// Places are squares of cells that reach so far around each.
 const REACH: usize = 4;
@@ -28,43 +42,67 @@ pub(super) struct Correction {
     seen: Field<f64>,
     /// Mean square error around every cell.
     error: Field<f64>,
+    /// The first light, if it folded hardly any beam: then none has to be folded.
+    unfolded: Option<Field<f64>>,
+    /// Cells around which a beam was folded: they keep the light from before.
+    barred: Vec<bool>,
     /// Stages that a cell has gone on by, more than the whole picture.
     later: Vec<u8>,
     per_cell: (usize, usize),
 }
 
 impl Correction {
-    /// Begins with a first light and what it gave. Both fields on cells have the mean 1.
-    pub(super) fn new(light: Field<f64>, seen: Field<f64>, wanted: &Field<f64>, per_cell: (usize, usize)) -> Self {
+    /// Begins with a first light and what it gave. The sharp corners of the window may map to a
+    /// smooth outline of the lens: there the map is squeezed without limit, and no round may be firm.
+    pub(super) fn new(
+        light: Field<f64>,
+        caustic: &Caustic,
+        wanted: &Field<f64>,
+        per_cell: (usize, usize),
+        outline: &Contour,
+    ) -> Self {
+        let seen = caustic.irradiance.clone();
         let error = around(&seen, wanted);
-        let later = vec![0; seen.as_slice().len()];
-        Self { light, seen, error, later, per_cell }
+        let (nx, ny) = (seen.nx(), seen.ny());
+        let from_side = |k: usize, n: usize| k.min(n - 1 - k);
+        let squeezed = |k: usize| !outline.is_rectangle() && from_side(k % nx, nx) + from_side(k / nx, ny) < SQUEEZED;
+        let later = (0..nx * ny).map(|k| if squeezed(k) { LAST } else { 0 }).collect();
+        let unfolded = (caustic.folded < FEW_FOLDS).then(|| light.clone());
+        Self { light, seen, error, unfolded, barred: vec![false; nx * ny], later, per_cell }
     }
 
-    /// Takes over what another light drew better; returns the root mean square of the error that all places have at their best.
-    pub(super) fn learn(&mut self, light: &Field<f64>, seen: &Field<f64>, wanted: &Field<f64>) {
+    /// Whether folded beams are avoided.
+    pub(super) fn unfolds(&self) -> bool {
+        self.unfolded.is_some()
+    }
+
+    /// Takes over what another light drew better. Where it folds beams that it need not, the light from before is kept, and the first one
+    /// where that is not enough.
+    pub(super) fn learn(&mut self, light: &Field<f64>, caustic: &Caustic, wanted: &Field<f64>) {
+        let seen = &caustic.irradiance;
         let error = around(seen, wanted);
+        let folded = near_folds(caustic, self.unfolded.is_some());
         let mut better = Field::filled(seen.nx(), seen.ny(), 0.0);
-        let old = self.error.as_mut_slice().iter_mut().zip(error.as_slice());
-        let of_cell = better.as_mut_slice().iter_mut().zip(&mut self.later);
-        for ((old, new), (better, later)) in old.zip(of_cell) {
+        let mut again = Field::filled(seen.nx(), seen.ny(), 0.0);
+        for (k, (new, old)) in error.as_slice().iter().zip(self.error.as_mut_slice()).enumerate() {
+            if self.barred[k] || folded[k] {
+                again.as_mut_slice()[k] = if self.barred[k] && folded[k] { 1.0 } else { 0.0 };
+                self.barred[k] = true;
+                continue;
+            }
+            if *new > STALLED * *old {
+                self.later[k] = self.later[k].saturating_add(1);
+            }
             if new <= old {
-                (*old, *better) = (*new, 1.0);
-            } else {
-                *later = later.saturating_add(1);
+                (*old, better.as_mut_slice()[k]) = (*new, 1.0);
             }
         }
         let known = self.seen.as_mut_slice().iter_mut().zip(seen.as_slice());
         known.zip(better.as_slice()).filter(|(_, better)| **better > 0.0).for_each(|((old, new), _)| *old = *new);
-        let share = light::interpolate(&better, self.per_cell, |share| share);
-        let lights = self.light.as_mut_slice().par_iter_mut().zip(light.as_slice());
-        lights.zip(share.as_slice()).for_each(|((old, new), &share)| {
-            if share == 1.0 {
-                *old = *new;
-            } else if share > 0.0 {
-                *old = old.powf(1.0 - share) * new.powf(share);
-            }
-        });
+        blend(&mut self.light, light, &better, self.per_cell);
+        if let Some(unfolded) = &self.unfolded {
+            blend(&mut self.light, unfolded, &again, self.per_cell);
+        }
     }
 
     /// The light to try next: the best so far, times what the cells lack. Light below `floor` counts as that.
@@ -86,9 +124,10 @@ impl Correction {
                 sharpen(&mut sharp, &lacks);
                 sharpened += 1;
             }
-            let places = excess.as_mut_slice().iter_mut().zip(sharp.as_slice()).zip(&self.later);
+            let places =
+                excess.as_mut_slice().iter_mut().zip(sharp.as_slice()).zip(self.later.iter().zip(&self.barred));
             places
-                .filter(|(_, later)| stage + usize::from(**later) == which)
+                .filter(|(_, (later, barred))| !**barred && stage + usize::from(**later) == which)
                 .for_each(|((excess, sharp), _)| *excess = share * sharp.clamp(-MOST_CHANGE, MOST_CHANGE));
         }
         let factor = light::interpolate(&excess, self.per_cell, |d| (-d).exp());
@@ -96,6 +135,32 @@ impl Correction {
         light.as_mut_slice().par_iter_mut().zip(known).for_each(|(light, (known, factor))| *light = known * factor);
         light::normalise(light);
     }
+}
+
+/// Takes over a share of another light, at every place its own.
+fn blend(light: &mut Field<f64>, other: &Field<f64>, share: &Field<f64>, per_cell: (usize, usize)) {
+    let share = light::interpolate(share, per_cell, |share| share);
+    let lights = light.as_mut_slice().par_iter_mut().zip(other.as_slice());
+    lights.zip(share.as_slice()).for_each(|((old, new), &share)| {
+        if share == 1.0 {
+            *old = *new;
+        } else if share > 0.0 {
+            *old = old.powf(1.0 - share) * new.powf(share);
+        }
+    });
+}
+
+/// Cells around which a beam is folded, if that is asked for.
+fn near_folds(caustic: &Caustic, asked: bool) -> Vec<bool> {
+    let (nx, ny) = (caustic.irradiance.nx(), caustic.irradiance.ny());
+    let mut near = vec![false; nx * ny];
+    for &cell in caustic.folds.iter().filter(|_| asked) {
+        let (i, j) = (cell as usize % nx, cell as usize / nx);
+        for row in j.saturating_sub(FOLD_REACH)..=(j + FOLD_REACH).min(ny - 1) {
+            near[row * nx..][i.saturating_sub(FOLD_REACH)..=(i + FOLD_REACH).min(nx - 1)].fill(true);
+        }
+    }
+    near
 }
 
 /// Mean square of the difference around every cell.

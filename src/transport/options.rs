@@ -1,13 +1,13 @@
 //! What a caller may choose.
 
-use crate::surface::Polish;
+use crate::{grid::Contour, surface::Polish};
 
 /// How much work a solution is worth. Times are those of a 512 pixel photograph on two cores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// One receiver cell per pixel and no closed loop: a few tenths of a second, for looking.
     Draft,
-    /// Two receiver cells per pixel and two rounds of the closed loop, six where the picture starts far off, as white lines on
+    /// Two receiver cells per pixel and two rounds of the closed loop, four on a smooth outline, six where the picture starts far off, as white lines on
     /// black do: seconds.
     #[default]
     Normal,
@@ -99,11 +99,13 @@ impl Options {
         }
     }
 
-    pub(super) fn rounds(&self) -> usize {
-        self.rounds.unwrap_or(match self.quality {
-            Quality::Draft => 0,
-            Quality::Normal => 2,
-            Quality::Fine => 5,
+    /// Rounds of the closed loop. A smooth outline wants more: where it squeezes the map, they must be gentle.
+    pub(super) fn rounds(&self, outline: &Contour) -> usize {
+        self.rounds.unwrap_or(match (self.quality, outline.is_rectangle()) {
+            (Quality::Draft, _) => 0,
+            (Quality::Normal, true) => 2,
+            (Quality::Normal, false) => 4,
+            (Quality::Fine, _) => 5,
         })
     }
 

@@ -29,6 +29,9 @@ const STEPS: usize = 12;
 
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
+/// Most rounds that only take back what folded beams, where any did, and the share of the error that each may cost.
+const UNFOLDINGS: usize = 3;
+const UNFOLDING_PRICE: f64 = 0.03;
 /// A round that takes away less than this share of the error is the last of its stage.
 const LEAST_GAIN: f64 = 0.03;
 
@@ -57,12 +60,12 @@ pub(super) fn close(
     summary: &mut Summary,
 ) -> Result<(HeightField, Field<f64>), SolveError> {
     let Solved { cells, per_cell, grid, mut light, mut state, mut newton } = solved;
-    let mut rounds = options.rounds();
+    let mut rounds = options.rounds(&bench.contour());
     let mut carrier = Carrier::new(bench.contour(), nodes);
     let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
     let mut correction: Option<Correction> = None;
-    let mut stage = 0;
+    let (mut stage, mut unfoldings) = (0, 0);
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
     progress.begin("closed loop", rounds);
@@ -109,9 +112,9 @@ pub(super) fn close(
         let error = relative_rms(&seen.irradiance, &cells);
         tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
         let correction = match &mut correction {
-            None => correction.insert(Correction::new(light.clone(), seen.irradiance.clone(), &cells, per_cell)),
+            None => correction.insert(Correction::new(light.clone(), &seen, &cells, per_cell, &bench.contour())),
             Some(correction) => {
-                correction.learn(&light, &seen.irradiance, &cells);
+                correction.learn(&light, &seen, &cells);
                 correction
             }
         };
@@ -121,15 +124,26 @@ pub(super) fn close(
             rounds = options.hard_rounds();
         }
         let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
-        if gain > 0.0 {
+        let unfolds = unfoldings > 0
+            && best.as_ref().is_some_and(|best| seen.folded < 0.5 * best.seen.folded && gain > -UNFOLDING_PRICE);
+        if unfolds || gain > 0.0 && unfoldings == 0 {
             best = Some(Best { surface, seen, error, flaws, state: state.clone(), unconverged });
         }
         stage += usize::from(gain.is_nan() || gain < LEAST_GAIN);
-        let Some(best) = best.as_ref().filter(|_| round < rounds && stage < STAGES.len()) else { break };
+        let Some(best) = best.as_ref() else { break };
+        let more = round < rounds && stage < STAGES.len() && unfoldings == 0;
+        if !more {
+            // Without a further correction, but that places whose beams were folded by one get the light from before.
+            let foldable = best.seen.folded > 0.0 && correction.unfolds() && (unfoldings == 0 || unfolds);
+            if !foldable || unfoldings == UNFOLDINGS {
+                break;
+            }
+            unfoldings += 1;
+        }
         if gain.is_nan() || gain <= 0.0 {
             state.clone_from(&best.state);
         }
-        correction.next(&cells, options.floor(), stage, &mut light);
+        correction.next(&cells, options.floor(), if more { stage } else { STAGES.len() }, &mut light);
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
         let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
