@@ -383,10 +383,7 @@ mod tests {
     fn rows_over_a_disc_are_its_chords() {
         let disc = Outline::Circle.within(Extent::new(40.0, 40.0));
         for degrees in [0.0, 30.0, 90.0] {
-            let pass = Pass {
-                direction: Direction::at(degrees),
-                ..Pass::finishing(Cutter::ball(2.0).unwrap(), 0.1)
-            };
+            let pass = Pass { direction: Direction::at(degrees), ..Pass::finishing(Cutter::ball(2.0).unwrap(), 0.1) };
             let cost = pass.cost(&disc);
             assert_eq!(cost.rows, 401);
             let chords = cost.length_mm - 401.0 * 4.0 - 400.0 * 0.1;

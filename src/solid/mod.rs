@@ -200,8 +200,7 @@ impl Solid {
                 None => solid.close_along(trimmed),
                 Some(rim) => {
                     let heights = || border.iter().map(|(_, height)| *height);
-                    let limits =
-                        (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+                    let limits = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
                     solid.rim_z_mm = Some(rim.plane_mm(high, limits, f64::from(entry_z))?);
                     solid.close_along_rim(trimmed, rim.width_mm);
                 }

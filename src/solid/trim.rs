@@ -174,8 +174,7 @@ impl Solid {
     /// The same with a rim: a wall from the border to its plane, the rim, a wall all around it and an entry face as large. To every vertex
     /// of the border belongs one of the outer edge, straight out from it.
     pub(super) fn close_along_rim(&mut self, trimmed: Trimmed, width_mm: f64) {
-        let (z_rim, z_entry) =
-            (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.entry_z)));
+        let (z_rim, z_entry) = (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.entry_z)));
         let curve = self.surface.outline().grown(width_mm).within(self.stock_extent());
         let (border, count) = (trimmed.border.start, trimmed.border.len() as u32);
         let inner = trimmed.vertices.len() as u32;
@@ -197,10 +196,8 @@ impl Solid {
             .map(|at| at - origin)
             .collect();
         let ring = |points: &[DVec2], z: f32| points.iter().map(|p| [p.x as f32, p.y as f32, z]).collect::<Vec<_>>();
-        let below: Vec<[f32; 3]> = (0..count)
-            .map(|k| trimmed.vertices[(border + k) as usize])
-            .map(|[x, y, _]| [x, y, z_rim])
-            .collect();
+        let below: Vec<[f32; 3]> =
+            (0..count).map(|k| trimmed.vertices[(border + k) as usize]).map(|[x, y, _]| [x, y, z_rim]).collect();
         let centre = [[-self.origin.x as f32, -self.origin.y as f32, z_entry]];
         self.rest = [below, ring(&edge, z_rim), ring(&edge, z_entry), centre.to_vec()].concat();
         let pairs = || (0..count).map(|k| (k, (k + 1) % count));
@@ -328,7 +325,8 @@ mod tests {
         ] {
             let face = surface(extent, outline, (61, 55));
             let relief = face.relief_mm();
-            for (width_mm, rise_mm, mark_mm) in [(5.0, 0.5, None), (8.0, 1.0, Some(8.0)), (6.0, -relief - 1.0, Some(3.0))]
+            for (width_mm, rise_mm, mark_mm) in
+                [(5.0, 0.5, None), (8.0, 1.0, Some(8.0)), (6.0, -relief - 1.0, Some(3.0))]
             {
                 for (origin, skirt_mm) in Origin::ALL.into_iter().zip([0.0, 3.0, 0.0, 4.0]) {
                     let rim = Some(Rim { width_mm, rise_mm, mark_mm });

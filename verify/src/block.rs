@@ -280,9 +280,8 @@ impl Block {
     pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
         let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
         let mut border = Border::new(around, Vec::new()).ok_or_else(refused)?;
-        border.known = (0..self.heights.len())
-            .map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate()))
-            .collect();
+        border.known =
+            (0..self.heights.len()).map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
         self.border = Some(Arc::new(border));
         Ok(self)
     }
