@@ -1,7 +1,7 @@
 //! Heights beyond the outline of a block, where there is no glass: what the spline through a grid needs there.
 
 use super::{HeightField, SurfaceSpline};
-use crate::grid::{Extent, Field};
+use crate::grid::{Contour, Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -87,18 +87,24 @@ fn estimates(n: usize, at: impl Fn(usize) -> f64) -> Vec<Estimate> {
 /// Nodes beyond the outline whose heights are kept as far as there are any, and up to which they blend into the continuation, spacings:
 /// the spline within notices two of them.
 const KEPT: (f64, f64) = (2.0, 5.0);
-/// From where to where the bend across the outline fades, spacings.
-const FADES: (f64, f64) = (2.0, 5.0);
+/// From where to where detail of the slope and of the bend across the outline fades, spacings.
+const DETAIL: (f64, f64) = (2.0, 5.0);
+/// Detail is what is finer along the outline than this, spacings: the width of a Gaussian.
+const SMOOTH: f64 = 12.0;
 
 /// The heights of a face on a grid of `cells` more along each side, mm: those of the face where it has any, and beyond its outline a
-/// continuation that goes straight on along the normals of the outline, with the slope of the face there and a bend that soon fades.
-/// Neighbours along the outline go on side by side, so that nothing beyond is sharper than the outline of the face itself.
-pub(super) fn go_on_beyond(surface: &HeightField, (cx, cy): (usize, usize)) -> Field<f64> {
+/// continuation straight on across it, with the slope that the face has there and, as far as `bends_mm`, its bend. Detail of both along the
+/// outline soon fades, so that neighbours go on side by side.
+///
+/// With the bend, light of a face on which it is spread without folds goes on from the border of its picture outwards: there the map from the
+/// face to its landing points has the Jacobian `J`, symmetric and positive, which takes the tangent `t` of the outline to the border of the picture. Its normal
+/// is then along `J^-1 n`, and `J n . J^-1 n = 1`. Without the bend that may be negative where the map shears.
+pub(super) fn go_on_beyond(surface: &HeightField, (cx, cy): (usize, usize), bends_mm: f64) -> Field<f64> {
     let (old, extent, contour) = (surface.heights_mm(), surface.extent(), surface.contour());
     let (nx, ny) = (old.nx(), old.ny());
     let spacing = extent.node_spacing(nx, ny);
     let step = spacing.min_element();
-    let spline = SurfaceSpline::through(surface);
+    let edge = Edge::of(surface, step, bends_mm);
     let size = extent.as_vec() + 2.0 * DVec2::new(cx as f64, cy as f64) * spacing;
     let wide = Extent::new(size.x, size.y);
     let (wx, wy) = (nx + 2 * cx, ny + 2 * cy);
@@ -112,27 +118,95 @@ pub(super) fn go_on_beyond(surface: &HeightField, (cx, cy): (usize, usize)) -> F
             let kept = own.map_or(0.0, |_| 1.0 - ramp(beyond, KEPT));
             *z = kept * own.unwrap_or_default();
             if kept < 1.0 {
-                *z += (1.0 - kept) * straight_on(&spline, contour.foot(at), at, step);
+                *z += (1.0 - kept) * edge.beyond(contour.foot(at), at);
             }
         }
     });
     Field::from_vec(wx, wy, heights)
 }
 
-/// The face gone on from a point of its outline to one beyond.
-fn straight_on(spline: &SurfaceSpline, foot: DVec2, at: DVec2, step: f64) -> f64 {
-    let (face, way) = (spline.sample(foot), at - foot);
-    let length = way.length();
-    let along = way.normalize_or_zero();
-    let [xx, xy, yy] = face.curvature;
-    let bend = xx * along.x * along.x + 2.0 * xy * along.x * along.y + yy * along.y * along.y;
-    // The bend is constant, then falls in a straight line to nothing: integrated twice.
-    let (begin, end) = (FADES.0 * step, FADES.1 * step);
-    let part = (length - begin).clamp(0.0, end - begin);
-    let lacks = part * part * part / (6.0 * (end - begin));
-    let risen = 0.5 * length.min(end) * length.min(end) - lacks;
-    let after = (length - end).max(0.0) * 0.5 * (begin + end);
-    face.height_mm + face.slope.dot(way) + bend * (risen + after)
+/// The face at its outline: what its continuation begins with.
+struct Edge {
+    spline: SurfaceSpline,
+    contour: Contour,
+    step: f64,
+    bends_mm: f64,
+    /// Slope and bend across the outline without detail, at equal angles around the middle, in parts of the half width and height.
+    smooth: Vec<[f64; 2]>,
+}
+
+impl Edge {
+    fn of(surface: &HeightField, step: f64, bends_mm: f64) -> Self {
+        let (spline, contour) = (SurfaceSpline::through(surface), surface.contour());
+        let half = 0.5 * contour.extent().as_vec();
+        let count = (4.0 * half.element_sum() / step).ceil().max(8.0) as usize;
+        let mut edge = Self { spline, contour, step, bends_mm, smooth: Vec::new() };
+        let across: Vec<[f64; 2]> = (0..count)
+            .into_par_iter()
+            .map(|k| {
+                let ray = half * DVec2::from_angle(std::f64::consts::TAU * k as f64 / count as f64);
+                let at = contour.crossing(DVec2::ZERO, 2.0 * ray);
+                edge.across(at, edge.out(at))
+            })
+            .collect();
+        let reach = (3.0 * SMOOTH) as isize;
+        let weights: Vec<f64> = (-reach..=reach).map(|k| (-0.5 * (k as f64 / SMOOTH).powi(2)).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        let around = |k: usize, offset: isize| across[(k as isize + offset).rem_euclid(count as isize) as usize];
+        edge.smooth = (0..count)
+            .map(|k| {
+                let parts = (-reach..=reach).zip(&weights).map(|(offset, w)| around(k, offset).map(|v| w * v / sum));
+                parts.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
+            })
+            .collect();
+        edge
+    }
+
+    /// The unit vector along which feet are looked for at a point of the outline.
+    fn out(&self, at: DVec2) -> DVec2 {
+        let core = 0.5 * self.contour.extent().as_vec() - self.contour.radius_mm();
+        (at - at.clamp(-core, core)).normalize_or_zero()
+    }
+
+    /// Slope and bend along a unit vector.
+    fn across(&self, at: DVec2, along: DVec2) -> [f64; 2] {
+        let face = self.spline.sample(at);
+        let [xx, xy, yy] = face.curvature;
+        let bend = xx * along.x * along.x + 2.0 * xy * along.x * along.y + yy * along.y * along.y;
+        [face.slope.dot(along), bend]
+    }
+
+    /// The face gone on from a point of its outline to one straight out from there.
+    fn beyond(&self, foot: DVec2, at: DVec2) -> f64 {
+        let way = at - foot;
+        let (length, along) = (way.length(), way.normalize_or_zero());
+        let [slope, bend] = self.across(foot, along);
+        let turn = (foot / self.contour.extent().as_vec()).to_angle() / std::f64::consts::TAU;
+        let place = turn.rem_euclid(1.0) * self.smooth.len() as f64;
+        let (k, t) = (place as usize, place.fract());
+        let (a, b) = (self.smooth[k % self.smooth.len()], self.smooth[(k + 1) % self.smooth.len()]);
+        let smooth = [0, 1].map(|part| a[part] * (1.0 - t) + b[part] * t);
+        let detail = (DETAIL.0 * self.step, DETAIL.1 * self.step);
+        let bends = (self.bends_mm.max(detail.0), (1.5 * self.bends_mm).max(detail.1));
+        let [_, fine_slope, fine_bend] = faded(length, detail);
+        let [_, _, whole_bend] = faded(length, bends);
+        self.spline.sample(foot).height_mm
+            + smooth[0] * length
+            + (slope - smooth[0]) * fine_slope
+            + smooth[1] * whole_bend
+            + (bend - smooth[1]) * fine_bend
+    }
+}
+
+/// What is 1 up to a place and falls in a straight line to 0 at another: itself, and integrated once and twice from 0.
+fn faded(at: f64, (begin, end): (f64, f64)) -> [f64; 3] {
+    let within = at.min(end);
+    let part = (within - begin).max(0.0);
+    let fall = end - begin;
+    let value = (1.0 - (at - begin).max(0.0) / fall).max(0.0);
+    let once = within - part * part / (2.0 * fall);
+    let twice = 0.5 * within * within - part * part * part / (6.0 * fall) + (at - within) * 0.5 * (begin + end);
+    [value, once, twice]
 }
 
 /// Keeps the heights far beyond the outline within those of the face: above soon, where there is no stock; below late, so that no hollow
@@ -163,6 +237,19 @@ fn ramp(at: f64, (begin, end): (f64, f64)) -> f64 {
 mod tests {
     use super::*;
     use crate::grid::Outline;
+
+    #[test]
+    fn what_fades_is_integrated() {
+        let limits = (0.3, 1.1);
+        let step = 1e-4;
+        for k in 0..20 {
+            let at = 0.1 * f64::from(k);
+            let [a, b, c] = [at, at + step, at + 2.0 * step].map(|at| faded(at, limits));
+            assert!(((b[1] - a[1]) / step - 0.5 * (a[0] + b[0])).abs() < 1e-4, "{at}");
+            assert!(((c[2] - a[2]) / (2.0 * step) - b[1]).abs() < 1e-4, "{at}");
+        }
+        assert_eq!(faded(0.0, limits), [1.0, 0.0, 0.0]);
+    }
 
     #[test]
     fn a_plane_goes_on_and_a_dome_does_so_smoothly() {

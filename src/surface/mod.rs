@@ -63,7 +63,8 @@ impl HeightField {
         Self::outlined(self.extent, self.outline, heights_mm)
     }
 
-    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there. Heights stay as they are: their mean is 0
+    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there: beyond a curved outline
+    /// it keeps its bend across it as far as that. Heights stay as they are: their mean is 0
     /// without the skirt.
     pub fn with_skirt(&self, least_mm: f64) -> Self {
         let old = &self.heights_mm;
@@ -77,7 +78,7 @@ impl HeightField {
         if !self.contour().is_rectangle() {
             let size = self.extent.as_vec() + 2.0 * cells * spacing;
             let outline = self.outline.grown((cells * spacing).min_element());
-            let heights_mm = extend::go_on_beyond(self, (cx, cy));
+            let heights_mm = extend::go_on_beyond(self, (cx, cy), (cells * spacing).max_element());
             return Self { extent: Extent::new(size.x, size.y), outline, heights_mm };
         }
         let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
@@ -111,7 +112,7 @@ impl HeightField {
         if self.contour().is_rectangle() {
             return self.clone();
         }
-        let mut heights_mm = extend::go_on_beyond(self, (0, 0));
+        let mut heights_mm = extend::go_on_beyond(self, (0, 0), 0.0);
         extend::limit(self, &mut heights_mm);
         Self { heights_mm, ..self.clone() }
     }
@@ -259,6 +260,38 @@ mod tests {
             }
         }
         assert_eq!(face.with_skirt(0.0), face);
+    }
+
+    #[test]
+    fn beyond_a_curved_outline_a_face_goes_on_as_it_bends() {
+        let bowl = |p: DVec2| 0.004 * p.length_squared() + 0.1 * p.x;
+        for outline in [Outline::Circle, Outline::Rounded { radius_mm: 6.0 }] {
+            let extent = Extent::new(40.0, 32.0);
+            let (nx, ny) = (161, 129);
+            let face =
+                HeightField::outlined(extent, outline, Field::from_fn(nx, ny, |i, j| bowl(extent.node(i, j, nx, ny))));
+            let wide = face.with_skirt(3.0);
+            assert_eq!(wide.extent(), Extent::new(46.0, 38.0));
+            assert!((wide.contour().area_mm2() - face.contour().area_mm2()) > 3.0 * 100.0);
+            let (narrow, spline) = (SurfaceSpline::through(&face), SurfaceSpline::through(&wide));
+            let sheet = SurfaceSpline::through(&face.sheet());
+            let lift = narrow.sample(DVec2::ZERO).height_mm;
+            for k in 0..2000 {
+                let at = DVec2::from_angle(0.7 * f64::from(k)) * (0.0115 * f64::from(k));
+                if face.contour().contains(at) {
+                    for other in [&spline, &sheet] {
+                        assert!((narrow.sample(at).slope - other.sample(at).slope).length() < 2e-4, "{outline:?} {at}");
+                    }
+                } else if wide.contour().contains(at) {
+                    let wanted = bowl(at) + lift;
+                    // A bowl bends the same in every direction; of its slope smoothing along the outline takes a hundredth.
+                    assert!((spline.sample(at).height_mm - wanted).abs() < 4e-3, "{outline:?} {at}");
+                }
+            }
+            let (low, high) = face.range_mm();
+            let (least, most) = face.sheet().heights_mm().min_max();
+            assert!(least >= low - 1e-9 && most < high + 0.1 * (high - low), "{least} to {most} of {low} to {high}");
+        }
     }
 
     #[test]
