@@ -117,6 +117,17 @@ impl HeightField {
         Self { heights_mm, ..self.clone() }
     }
 
+    /// The same face, whose heights far beyond its outline are within its own: a surface that is trimmed to the outline then is nowhere
+    /// much higher or lower than what is left of it, for programs that look at all of it. The spline within stays as it is.
+    pub fn levelled(&self) -> Self {
+        if self.contour().is_rectangle() {
+            return self.clone();
+        }
+        let mut heights_mm = self.heights_mm.clone();
+        extend::level(self, &mut heights_mm);
+        Self { heights_mm, ..self.clone() }
+    }
+
     /// The face as it is cut into a sheet of its whole extent, which is cut to the outline afterwards: [`continued`](Self::continued),
     /// as a rectangle. Heights stay as they are: their mean is 0 within the outline.
     pub fn sheet(&self) -> Self {
@@ -292,6 +303,32 @@ mod tests {
             let (least, most) = face.sheet().heights_mm().min_max();
             assert!(least >= low - 1e-9 && most < high + 0.1 * (high - low), "{least} to {most} of {low} to {high}");
         }
+    }
+
+    #[test]
+    fn far_beyond_the_outline_heights_are_levelled_and_the_spline_within_does_not_notice() {
+        let extent = Extent::new(60.0, 60.0);
+        let h = |p: DVec2| (0.2 * p.x).sin() - 0.01 * p.length_squared() + 0.3 * (1.3 * p.y).cos();
+        let face = HeightField::outlined(
+            extent,
+            Outline::Circle,
+            Field::from_fn(121, 121, |i, j| h(extent.node(i, j, 121, 121))),
+        );
+        let level = face.levelled();
+        let ((low, high), corner) = (face.range_mm(), level.heights_mm()[(0, 0)]);
+        assert!(face.heights_mm()[(0, 0)] < low - 5.0 && (low..=high).contains(&corner));
+        let (lowest, _) = level.heights_mm().min_max();
+        assert!(lowest > low - 0.5 * (high - low), "{lowest} under {low}");
+        let [a, b] = [&face, &level].map(SurfaceSpline::through);
+        for (radius, height, slope) in [(30.0, 1e-5, 5e-5), (27.0, 1e-8, 5e-8)] {
+            for k in 0..2000 {
+                let at = DVec2::from_angle(f64::from(k)) * radius * (f64::from(k) / 1999.0).sqrt();
+                let (a, b) = (a.sample(at), b.sample(at));
+                assert!((a.height_mm - b.height_mm).abs() < height && (a.slope - b.slope).length() < slope, "{at}");
+            }
+        }
+        let rectangle = HeightField::new(extent, face.heights_mm().clone());
+        assert_eq!(rectangle.levelled(), rectangle);
     }
 
     #[test]
