@@ -221,7 +221,7 @@ mod tests {
                     // Between the probes it may be a little more.
                     assert!(worst < 1.2 * NEAR_MM, "{piece:?}: {worst}");
                     if matches!(piece, Piece::Straight { .. }) {
-                        assert!(worst < 1e-11, "a straight side is exact: {worst}");
+                        assert!(worst < 5e-10, "a straight side is exact but for the decimals of the knots: {worst}");
                     }
                     for (end, share) in [(0, 0.0), (trace.points.len() - 1, 1.0)] {
                         let at = piece.at(share);
