@@ -24,6 +24,8 @@ pub(super) const GENTLE: usize = 2;
 const STALLED: f64 = 0.94;
 /// A first light that folds no more than this share of itself shows that the picture needs no folds.
 const FEW_FOLDS: f64 = 1e-5;
+/// How far, as a share, the light goes back to the first one at a fold.
+const BACK: f64 = 0.3;
 /// The light of so many cells around a fold made it.
 const FOLD_REACH: usize = 3;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
@@ -76,18 +78,20 @@ impl Correction {
         self.unfolded.is_some()
     }
 
-    /// Takes over what another light drew better. Where it folds beams that it need not, the light from before is kept, and the first one
-    /// where that is not enough.
+    /// Takes over what another light drew better. Where it folds beams that it need not, the light from before is kept for good, and a
+    /// step towards the first one made, or all of the way where that was not enough.
     pub(super) fn learn(&mut self, light: &Field<f64>, caustic: &Caustic, wanted: &Field<f64>) {
         let seen = &caustic.irradiance;
         let error = around(seen, wanted);
         let folded = near_folds(caustic, self.unfolded.is_some());
         let mut better = Field::filled(seen.nx(), seen.ny(), 0.0);
-        let mut again = Field::filled(seen.nx(), seen.ny(), 0.0);
+        let mut of_first = Field::filled(seen.nx(), seen.ny(), 0.0);
         for (k, (new, old)) in error.as_slice().iter().zip(self.error.as_mut_slice()).enumerate() {
-            if self.barred[k] || folded[k] {
-                again.as_mut_slice()[k] = if self.barred[k] && folded[k] { 1.0 } else { 0.0 };
+            if folded[k] {
+                of_first.as_mut_slice()[k] = if self.barred[k] { 1.0 } else { BACK };
                 self.barred[k] = true;
+            }
+            if self.barred[k] {
                 continue;
             }
             if *new > STALLED * *old {
@@ -101,7 +105,7 @@ impl Correction {
         known.zip(better.as_slice()).filter(|(_, better)| **better > 0.0).for_each(|((old, new), _)| *old = *new);
         blend(&mut self.light, light, &better, self.per_cell);
         if let Some(unfolded) = &self.unfolded {
-            blend(&mut self.light, unfolded, &again, self.per_cell);
+            blend(&mut self.light, unfolded, &of_first, self.per_cell);
         }
     }
 

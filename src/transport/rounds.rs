@@ -110,7 +110,7 @@ pub(super) fn close(
             }
         };
         let error = relative_rms(&seen.irradiance, &cells);
-        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
+        tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface"); println!("  {round} {stage} {error} {}", seen.folded);
         let correction = match &mut correction {
             None => correction.insert(Correction::new(light.clone(), &seen, &cells, per_cell, &bench.contour())),
             Some(correction) => {
