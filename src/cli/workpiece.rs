@@ -108,8 +108,7 @@ pub(crate) fn look_at_scallops(examiner: &Examiner, milled: &Milled, entry_z_mm:
         let mut share = (end - begin) as f64 / cells as f64;
         if let Some(points) = &outline {
             let own: Vec<DVec3> = points.iter().map(|p| *p - DVec3::Y * middle).collect();
-            // A little more, so that rays along the edges of the strip are in it for certain.
-            let reach = 0.5 * size.y + 1e-9;
+            let reach = 0.5 * size.y;
             let own = clipped(&clipped(&own, DVec2::Y, reach), DVec2::NEG_Y, reach);
             share = area_mm2(&own) / whole_mm2;
             block = block.within(own).map_err(Failure::refused)?;

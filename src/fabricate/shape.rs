@@ -140,7 +140,7 @@ mod tests {
         let face = Field::from_fn(81, 65, |i, j| {
             let at = BLOCK.node(i, j, 81, 65);
             // A bowl with a sharp wall beyond the outline.
-            let wall = contour.level(at).distance_mm - 1.0;
+            let wall = contour.level(at).distance_mm - 2.4;
             -(900.0 - at.length_squared()).sqrt() + wall.max(0.0).powi(2)
         });
         let disc = Shape::of(&HeightField::outlined(BLOCK, Outline::Circle, face.clone()));

@@ -28,7 +28,7 @@ impl Outline {
         let from_sides = points.iter().map(|at| 0.5 * extent.as_vec() - at.abs());
         let corner = from_sides.max_by(|a, b| a.min_element().total_cmp(&b.min_element()))?;
         let radius_mm = corner.x + corner.y + (2.0 * corner.x * corner.y).max(0.0).sqrt();
-        [Self::Circle, Self::Rounded { radius_mm }, Self::Rectangle].into_iter().find(|outline| {
+        [Self::Circle, Self::Rectangle, Self::Rounded { radius_mm }].into_iter().find(|outline| {
             let contour = outline.within(extent);
             points.iter().all(|&at| contour.level(at).distance_mm.abs() <= tolerance_mm)
         })

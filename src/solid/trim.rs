@@ -218,22 +218,26 @@ impl Solid {
 
     /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall, the face's own elsewhere.
     pub fn normal_at(&self, face: Face, v: u32) -> [f32; 3] {
+        if !matches!(face, Face::Side | Face::Inner) {
+            return face.normal();
+        }
         let [x, y, _] = self.vertex(v as usize).map(f64::from);
         let at = DVec2::new(x, y) + self.origin.truncate();
         let normal = match (face, self.shape.rim) {
             (Face::Inner, _) => {
-                let raised = self.rim_z_mm.is_some_and(|z| z > self.surface.range_mm().1);
+                // It stands above all of the border, or lies below all of it.
+                let border = self.trimmed.as_ref().map(|trimmed| trimmed.vertices[trimmed.border.start as usize][2]);
+                let raised = self.rim_z_mm.zip(border).is_some_and(|(z, border)| self.file_z(z) > border);
                 self.surface.contour().level(at).normal * if raised { -1.0 } else { 1.0 }
             }
-            (Face::Side, None) => self.surface.contour().level(at).normal,
-            (Face::Side, Some(rim)) => {
+            (_, None) => self.surface.contour().level(at).normal,
+            (_, Some(rim)) => {
                 let curve = self.surface.outline().grown(rim.width_mm).within(self.stock_extent());
                 match self.shape.flat(&curve) {
                     Some((along, reach)) if along.dot(at) > reach - ON_FLAT_MM => along,
                     _ => curve.level(at).normal,
                 }
             }
-            _ => return face.normal(),
         };
         normal.extend(0.0).as_vec3().to_array()
     }

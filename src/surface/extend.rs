@@ -131,8 +131,9 @@ struct Edge {
     contour: Contour,
     step: f64,
     bends_mm: f64,
-    /// Slope and bend across the outline without detail, at equal angles around the middle, in parts of the half width and height.
-    smooth: Vec<[f64; 2]>,
+    /// Gradient (x, y) and second derivatives (xx, xy, yy) without detail, at equal angles around the middle, in parts of the half width
+    /// and height.
+    smooth: Vec<[f64; 5]>,
 }
 
 impl Edge {
@@ -141,60 +142,56 @@ impl Edge {
         let half = 0.5 * contour.extent().as_vec();
         let count = (4.0 * half.element_sum() / step).ceil().max(8.0) as usize;
         let mut edge = Self { spline, contour, step, bends_mm, smooth: Vec::new() };
-        let across: Vec<[f64; 2]> = (0..count)
+        let face: Vec<[f64; 5]> = (0..count)
             .into_par_iter()
             .map(|k| {
                 let ray = half * DVec2::from_angle(std::f64::consts::TAU * k as f64 / count as f64);
-                let at = contour.crossing(DVec2::ZERO, 2.0 * ray);
-                edge.across(at, edge.out(at))
+                edge.derivatives(contour.crossing(DVec2::ZERO, 2.0 * ray))
             })
             .collect();
         let reach = (3.0 * SMOOTH) as isize;
         let weights: Vec<f64> = (-reach..=reach).map(|k| (-0.5 * (k as f64 / SMOOTH).powi(2)).exp()).collect();
         let sum: f64 = weights.iter().sum();
-        let around = |k: usize, offset: isize| across[(k as isize + offset).rem_euclid(count as isize) as usize];
+        let around = |k: usize, offset: isize| face[(k as isize + offset).rem_euclid(count as isize) as usize];
         edge.smooth = (0..count)
             .map(|k| {
                 let parts = (-reach..=reach).zip(&weights).map(|(offset, w)| around(k, offset).map(|v| w * v / sum));
-                parts.fold([0.0; 2], |[a, b], [c, d]| [a + c, b + d])
+                parts.fold([0.0; 5], |sum, part| std::array::from_fn(|k| sum[k] + part[k]))
             })
             .collect();
         edge
     }
 
-    /// The unit vector along which feet are looked for at a point of the outline.
-    fn out(&self, at: DVec2) -> DVec2 {
-        let core = 0.5 * self.contour.extent().as_vec() - self.contour.radius_mm();
-        (at - at.clamp(-core, core)).normalize_or_zero()
-    }
-
-    /// Slope and bend along a unit vector.
-    fn across(&self, at: DVec2, along: DVec2) -> [f64; 2] {
+    fn derivatives(&self, at: DVec2) -> [f64; 5] {
         let face = self.spline.sample(at);
         let [xx, xy, yy] = face.curvature;
-        let bend = xx * along.x * along.x + 2.0 * xy * along.x * along.y + yy * along.y * along.y;
-        [face.slope.dot(along), bend]
+        [face.slope.x, face.slope.y, xx, xy, yy]
     }
 
     /// The face gone on from a point of its outline to one straight out from there.
     fn beyond(&self, foot: DVec2, at: DVec2) -> f64 {
         let way = at - foot;
         let (length, along) = (way.length(), way.normalize_or_zero());
-        let [slope, bend] = self.across(foot, along);
+        // Slope and bend along the way.
+        let across = |[zx, zy, xx, xy, yy]: [f64; 5]| {
+            let bend = xx * along.x * along.x + 2.0 * xy * along.x * along.y + yy * along.y * along.y;
+            (zx * along.x + zy * along.y, bend)
+        };
+        let (slope, bend) = across(self.derivatives(foot));
         let turn = (foot / self.contour.extent().as_vec()).to_angle() / std::f64::consts::TAU;
         let place = turn.rem_euclid(1.0) * self.smooth.len() as f64;
         let (k, t) = (place as usize, place.fract());
         let (a, b) = (self.smooth[k % self.smooth.len()], self.smooth[(k + 1) % self.smooth.len()]);
-        let smooth = [0, 1].map(|part| a[part] * (1.0 - t) + b[part] * t);
+        let (smooth_slope, smooth_bend) = across(std::array::from_fn(|part| a[part] * (1.0 - t) + b[part] * t));
         let detail = (DETAIL.0 * self.step, DETAIL.1 * self.step);
         let bends = (self.bends_mm.max(detail.0), (1.5 * self.bends_mm).max(detail.1));
         let [_, fine_slope, fine_bend] = faded(length, detail);
         let [_, _, whole_bend] = faded(length, bends);
         self.spline.sample(foot).height_mm
-            + smooth[0] * length
-            + (slope - smooth[0]) * fine_slope
-            + smooth[1] * whole_bend
-            + (bend - smooth[1]) * fine_bend
+            + smooth_slope * length
+            + (slope - smooth_slope) * fine_slope
+            + smooth_bend * whole_bend
+            + (bend - smooth_bend) * fine_bend
     }
 }
 

@@ -276,9 +276,9 @@ mod tests {
     #[test]
     fn beyond_a_curved_outline_a_face_goes_on_as_it_bends() {
         let bowl = |p: DVec2| 0.004 * p.length_squared() + 0.1 * p.x;
-        for outline in [Outline::Circle, Outline::Rounded { radius_mm: 6.0 }] {
+        for outline in [Outline::Circle, Outline::Rounded { radius_mm: 10.0 }] {
             let extent = Extent::new(40.0, 32.0);
-            let (nx, ny) = (161, 129);
+            let (nx, ny) = (321, 257);
             let face =
                 HeightField::outlined(extent, outline, Field::from_fn(nx, ny, |i, j| bowl(extent.node(i, j, nx, ny))));
             let wide = face.with_skirt(3.0);
