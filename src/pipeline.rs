@@ -124,24 +124,51 @@ pub fn design_shaped(
     Ok(Block { surface: solution.surface, solid, light: solution.light, summary: solution.summary })
 }
 
-/// How far beyond the border of an exit face, seen along the axis, the light enters an entry face at `entry_z_mm` that leaves by
-/// the exit face, mm; 0 if it all enters below the face.
+/// How far an exit face must go on beyond its border, on every side, so that all light that leaves by it enters an entry face as large
+/// as that at `entry_z_mm`, mm; 0 if it all enters below the face.
 pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f64 {
-    // Nothing goes on beyond a curved outline; what light from the side lacks there, the verifier tells.
-    if bench.exit_face() == ExitFace::Reflects || !surface.contour().is_rectangle() {
+    if bench.exit_face() == ExitFace::Reflects {
         return 0.0;
     }
     let (heights, light) = (surface.heights_mm(), Incidence::of(bench));
-    let (nx, ny) = (heights.nx(), heights.ny());
-    let border = (0..nx).flat_map(|i| [(i, 0), (i, ny - 1)]).chain((0..ny).flat_map(|j| [(0, j), (nx - 1, j)]));
-    let beyond = border.map(|(i, j)| {
-        let at = surface.extent().node(i, j, nx, ny);
-        let direction = light.at(at.extend(heights[(i, j)])).direction;
-        let entry = at - direction.truncate() * ((heights[(i, j)] - entry_z_mm) / direction.z);
-        (entry.abs() - 0.5 * surface.extent().as_vec()).max_element()
-    });
-    beyond.fold(0.0, f64::max)
+    let (nx, ny, extent) = (heights.nx(), heights.ny(), surface.extent());
+    let entered = |at: DVec2, height_mm: f64| {
+        let direction = light.at(at.extend(height_mm)).direction;
+        at - direction.truncate() * ((height_mm - entry_z_mm) / direction.z)
+    };
+    let contour = surface.contour();
+    if contour.is_rectangle() {
+        let border = (0..nx).flat_map(|i| [(i, 0), (i, ny - 1)]).chain((0..ny).flat_map(|j| [(0, j), (nx - 1, j)]));
+        let beyond = border.map(|(i, j)| {
+            let entry = entered(extent.node(i, j, nx, ny), heights[(i, j)]);
+            (entry.abs() - 0.5 * extent.as_vec()).max_element()
+        });
+        return beyond.fold(0.0, f64::max);
+    }
+    let spline = SurfaceSpline::through(surface);
+    let sagitta_mm = 1e-6 * extent.as_vec().max_element();
+    let entries: Vec<DVec2> =
+        contour.polygon(sagitta_mm).into_iter().map(|at| entered(at, spline.sample(at).height_mm)).collect();
+    let furthest = entries.iter().map(|at| at.length()).fold(0.0, f64::max);
+    let holds = |by_mm: f64| {
+        let grown = Extent::new(extent.width_mm + 2.0 * by_mm, extent.height_mm + 2.0 * by_mm);
+        let grown = surface.outline().grown(by_mm).within(grown);
+        entries.iter().all(|&at| grown.contains(at))
+    };
+    // What holds a face that is this much larger holds everything.
+    let (mut low, mut high) = (0.0, furthest);
+    if !(furthest.is_finite() && !holds(0.0)) {
+        return 0.0;
+    }
+    while high - low > OVERSHOOT_TOLERANCE_MM {
+        let middle = 0.5 * (low + high);
+        if holds(middle) { high = middle } else { low = middle }
+    }
+    high
 }
+
+/// How exactly the overshoot over a curved outline is found, mm.
+const OVERSHOOT_TOLERANCE_MM: f64 = 1e-4;
 
 /// Share of the nodes that may keep their light: at creases of very dark pictures a few always do.
 const MOST_TRAPPED: f64 = 0.01;

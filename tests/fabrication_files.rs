@@ -17,7 +17,6 @@ use std::{
     fs,
     io::BufWriter,
     path::{Path, PathBuf},
-    process::Command,
 };
 use tempfile::TempDir;
 
@@ -113,14 +112,6 @@ impl StepFiles {
     }
 }
 
-/// FreeCAD without a window, running a script; `None` if it is missing.
-fn freecad(script: &str) -> Option<Command> {
-    let mut command = common::program("freecadcmd", "Debian package freecad")?;
-    // Without a locale of UTF-8 it crashes.
-    command.env("LC_ALL", "C.UTF-8").arg("-c").arg(script).stdin(std::process::Stdio::null());
-    Some(command)
-}
-
 #[test]
 fn freecad_takes_the_step_file_for_one_valid_closed_solid_of_the_meshs_volume() {
     const SCRIPT: &str = "
@@ -132,7 +123,7 @@ for name in os.environ['NAMES'].split():
     tight = all(e.Tolerance < 1e-6 for e in shape.Edges)
     print('\\nJUDGED', name, len(good) if shape.isValid() and tight else 0, len(shape.Faces), '%.9f' % shape.Volume, flush=True)
 ";
-    let Some(mut freecad) = freecad(SCRIPT) else { return };
+    let Some(mut freecad) = common::freecad(SCRIPT) else { return };
     let files = StepFiles::write();
     let said = common::output(freecad.env("FOLDER", files.folder.path()).env("NAMES", files.names().join(" ")));
     files.judge(&said, "FreeCAD");
@@ -452,7 +443,7 @@ fn freecads_path_workbench_mills_the_step_file() {
     let solid = solid(&surface, Shape { rim: None, origin: Origin::StockTop, skirt_mm: 0.0 });
     export(&block, &solid, &design()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples/freecad/mill_block.py");
-    let mut freecad = freecad(&format!("exec(open({script:?}).read())")).unwrap();
+    let mut freecad = common::freecad(&format!("exec(open({script:?}).read())")).unwrap();
     let said = common::output(freecad.envs([("BLOCK", &block), ("GCODE", &gcode)]).envs([
         ("OCL", packages.trim()),
         ("CUTTER", "3"),

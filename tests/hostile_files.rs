@@ -15,7 +15,7 @@ use fuzz::{Read, Target, cases};
 use glasswarp::{
     bench::ExitFace,
     export::{self, Design, HeightMap},
-    grid::{Extent, Field},
+    grid::{Extent, Field, Outline},
     solid::{Solid, Stock},
     surface::HeightField,
     target::{Picture, PictureError},
@@ -31,20 +31,24 @@ use std::{
 };
 
 /// A block of so few nodes that a file of it is quickly read.
-fn solid() -> Solid {
+fn solid(outline: Outline) -> Solid {
     let heights = (0..99).map(|k| 0.1 * f64::from(k % 11) + 0.05 * f64::from(7 * k % 31).sin()).collect();
-    let surface = HeightField::new(Extent::new(20.0, 16.0), Field::from_vec(11, 9, heights));
+    let surface = HeightField::outlined(Extent::new(20.0, 16.0), outline, Field::from_vec(11, 9, heights));
     Solid::new(&surface, Stock::thinnest_sheet()).unwrap()
 }
 
 /// The block as a file of this kind.
 fn exported(extension: &str) -> Vec<u8> {
+    exported_of(extension, &solid(Outline::Rectangle))
+}
+
+fn exported_of(extension: &str, solid: &Solid) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(format!("block.{extension}"));
     let design = Design { name: "block".into(), exit_face: ExitFace::Refracts { ior: 1.5 }, distance_mm: 250.0 };
     match extension {
-        "png" | "exr" => HeightMap::of(&solid()).write(&path).unwrap(),
-        _ => export::export(&path, &solid(), &design).unwrap(),
+        "png" | "exr" => HeightMap::of(solid).write(&path).unwrap(),
+        _ => export::export(&path, solid, &design).unwrap(),
     }
     fs::read(path).unwrap()
 }
@@ -94,7 +98,8 @@ fn ply() {
 
 #[test]
 fn step() {
-    let corpus = vec![exported("step")];
+    let trimmed = [Outline::Circle, Outline::Rounded { radius_mm: 3.0 }].map(|of| exported_of("step", &solid(of)));
+    let corpus = [vec![exported("step")], trimmed.to_vec()].concat();
     Target { name: "STEP", corpus, mend: None, memory: mesh_memory }.run(cases(2000), read_solid(Format::Step));
 }
 
@@ -324,7 +329,9 @@ fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
 
     // A spline with one span a ten-millionth of the others: sampled at equal steps it takes gigabytes.
     let step = String::from_utf8(exported("step")).unwrap().replace('\n', "");
-    let knots = step.rfind("(4,").map(|at| at + step[at..].find("),(").unwrap() + 3).unwrap();
+    let knots = step.find("(4,").map(|at| at + step[at..].find("),(").unwrap() + 3).unwrap();
+    // After the multiplicities of the other direction.
+    let knots = knots + step[knots..].find("),(").unwrap() + 3;
     let end = knots + step[knots..].find(')').unwrap();
     let mut places: Vec<f64> = step[knots..end].split(',').map(|knot| knot.trim().parse().unwrap()).collect();
     let count = places.len();
@@ -333,6 +340,22 @@ fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
     let uneven = format!("{}{}{}", &step[..knots], places.join(","), &step[end..]);
     let reason = refused(Format::Step, uneven.as_bytes());
     assert!(reason.contains("samples") || reason.contains("more points"), "{reason}");
+    // Ellipses by the hundred, which each become thousands of chords.
+    let disc = String::from_utf8(exported_of("step", &solid(Outline::Circle))).unwrap();
+    let arc = disc[..disc.find("=ELLIPSE").unwrap()].rsplit('#').next().unwrap().to_owned();
+    // The first vertex of the entry face, which the ellipse goes through.
+    let vertex =
+        disc.match_indices("=VERTEX_POINT").nth(4).map(|(at, _)| disc[..at].rsplit('#').next().unwrap()).unwrap();
+    let around = disc.find("EDGE_LOOP('',(").unwrap() + "EDGE_LOOP('',(".len();
+    let (mut edges, mut names) = (String::new(), String::new());
+    for k in (1_000_000..1_001_000).step_by(2) {
+        edges +=
+            &format!("#{k}=EDGE_CURVE('',#{vertex},#{vertex},#{arc},.T.);#{}=ORIENTED_EDGE('',*,*,#{k},.T.);", k + 1);
+        names += &format!("#{},", k + 1);
+    }
+    let many = format!("{}{names}{}", &disc[..around], &disc[around..]).replacen("DATA;", &format!("DATA;{edges}"), 1);
+    let reason = refused(Format::Step, many.as_bytes());
+    assert!(reason.contains("more points"), "{reason}");
     let deep = step.replace("CARTESIAN_POINT('',(", &format!("CARTESIAN_POINT('',({}", "(".repeat(10_000)));
     assert!(refused(Format::Step, deep.as_bytes()).contains("not understood"));
 

@@ -244,7 +244,7 @@ pub(crate) fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
         vertices.iter_mut().zip(heights_mm.as_slice()).for_each(|(vertex, &z)| vertex.z = z);
     }
     let triangles = (0..solid.triangle_count()).into_par_iter().map(|t| solid.triangle(t)).collect();
-    Mesh { vertices, triangles, normals: None }
+    Mesh { vertices, triangles, ..Mesh::default() }
 }
 
 /// Prints the steps as a table, and what the paper's assumption is worth.

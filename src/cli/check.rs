@@ -185,7 +185,7 @@ impl Subject {
         let incidence_deg = bench.map_or(0.0, |bench| {
             (DVec3::from(bench.light_direction).truncate().length() / exit_face.ior()).min(1.0).asin().to_degrees()
         });
-        let (surface, thinnest_mm) = (surface_of(&block), block.min_thickness_mm());
+        let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
         Ok(Self { surface, thinnest_mm, exit_face, incidence_deg, distance_mm })
     }
 
@@ -344,7 +344,7 @@ fn maps(args: &CheckArgs, subject: &Subject, shape: &Shape) -> Vec<Captioned> {
     let extent = subject.surface.extent();
     let (sharpest, (steep_at, steepest)) = (shape.sharpest(), shape.steepest());
     let least = args.cutter.corner_mm().max(1e-3);
-    let (low, high) = subject.surface.heights_mm().min_max();
+    let (low, high) = subject.surface.range_mm();
     let map = |field, range, at| report::map(field, extent, range, at, WIDTH);
     vec![
         Captioned {
@@ -361,7 +361,7 @@ fn maps(args: &CheckArgs, subject: &Subject, shape: &Shape) -> Vec<Captioned> {
                 subject.thinnest_mm + high - low,
                 subject.thinnest_mm
             ),
-            picture: map(subject.surface.heights_mm(), (high, low), None),
+            picture: map(&subject.surface.heights_within(high), (high, low), None),
         },
     ]
 }

@@ -115,7 +115,7 @@ pub(crate) fn cheapest(path: &Path, piece: &Workpiece, wish: &Wish) -> Result<Pa
         }
         match found {
             Some((step_over, error)) => {
-                let cost = pass(step_over).cost(piece.surface.extent());
+                let cost = pass(step_over).cost(&piece.surface.contour());
                 let minutes = cost.minutes(entry.feed.mm);
                 say!("  {name:<28} {step_over:>10} {error:>10.4} {:>10.1} {minutes:>9.0}", 1e-3 * cost.length_mm);
                 if chosen.is_none_or(|(least, _)| minutes < least) {

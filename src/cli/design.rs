@@ -17,16 +17,17 @@ use super::{
     toml_file,
 };
 use glasswarp::{
-    export::{self, Design, ExportError, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
+    report,
     solid::Origin,
     solver::Progress,
 };
 use rayon::prelude::*;
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -185,16 +186,6 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
     }
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
-    if !plan.bench.contour().is_rectangle() {
-        if outputs.iter().any(|output| matches!(Format::from_path(output), Ok(Format::Step))) {
-            return Err(Failure::refused(ExportError::StepOutline));
-        }
-        if !args.height_map.is_empty() || plan.settings.finish.is_some() {
-            return Err(Failure::Usage(
-                "height maps and finishes are made of rectangular blocks only: leave them out, or take --outline rectangle".into(),
-            ));
-        }
-    }
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
@@ -237,6 +228,15 @@ fn write_files(
         _ => export::export(output, &block.solid, &design).map(|()| None).map_err(Failure::exporting),
     };
     let notes: Vec<Option<String>> = outputs.par_iter().map(write).collect::<Result<_, _>>()?;
+    let mut notes: Vec<String> = notes.into_iter().flatten().collect();
+    if let Some((map, mask)) = height_map.as_ref().and_then(|map| Some((map, map.mask()?))) {
+        let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
+        let masks: BTreeSet<PathBuf> = maps.map(|output| output.with_extension("mask.png")).collect();
+        for path in masks {
+            report::write_png(&path, &mask).map_err(Failure::writing)?;
+            notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));
+        }
+    }
     for output in outputs {
         sets.entry(side_file::path_beside(output)).or_default().push(output);
     }
@@ -257,7 +257,7 @@ fn write_files(
             },
         )?;
     }
-    Ok(notes.into_iter().flatten().collect())
+    Ok(notes)
 }
 
 /// Writes a STEP file; returns how near its face is.

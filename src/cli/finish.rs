@@ -4,7 +4,7 @@ use super::{
     console::say,
     error::Failure,
     json,
-    judge::{Examiner, Subject, demand_rectangle},
+    judge::{Examiner, Subject},
     length::Length,
     mill::{mill, polished},
     quantity::read_as_text,
@@ -41,8 +41,7 @@ impl Finished {
             return Err(Failure::Usage("only a block can be finished".into()));
         };
         let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
-        demand_rectangle(block)?;
-        let design = surface_of(block);
+        let design = surface_of(block)?;
         let cut = match (plan.cutter, plan.step_over_mm) {
             (Some(cutter), Some(step_over_mm)) => Some(mill(&design, &Pass::finishing(cutter, step_over_mm))?),
             _ => None,

@@ -83,20 +83,7 @@ pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
 pub(crate) fn open_block(path: &Path, origin: DVec3) -> Result<(Mesh, Block), Failure> {
     let mesh = read(path)?.moved(origin);
     let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
-    demand_rectangle(&block)?;
     Ok((mesh, block))
-}
-
-/// What is done to rectangular blocks only was asked of another.
-#[derive(Clone, Copy, Debug, thiserror::Error)]
-#[error(
-    "this block is not rectangular: checks, milling, finishes and other renderers take rectangular blocks only (--outline rectangle); `glasswarp verify` takes any"
-)]
-struct NotRectangular;
-
-/// Refuses a block that is not rectangular.
-pub(crate) fn demand_rectangle(block: &Block) -> Result<(), Failure> {
-    if block.is_rectangular() { Ok(()) } else { Err(Failure::refused(NotRectangular)) }
 }
 
 fn not_a_block(path: &Path, error: BlockError) -> Failure {
@@ -114,7 +101,7 @@ pub(crate) struct Examiner {
 /// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of infinitely many.
 const BEAMS_PER_PIXEL: usize = 4;
 
-/// Beams across a solid that is no block, at least.
+/// Beams across a solid that is no block, and across a block that is no rectangle, at least.
 const LEAST_BEAMS: usize = 1024;
 
 impl Examiner {
@@ -181,7 +168,9 @@ impl Examiner {
     /// than pixels, such as the scallops of a cutter, still bends the light.
     pub(crate) fn beams_through(&self, block: &Block, tracer: &Tracer, per_pixel: usize) -> Beams {
         let ((nx, ny), (columns, rows)) = (self.pixels(), block.nodes());
-        beams(tracer, (per_pixel * nx).max(columns - 1), (per_pixel * ny).max(rows - 1))
+        // Beams that the outline of a block cuts are counted corner by corner, or not cut at all if it is a rectangle.
+        let least = if block.is_rectangular() { 1 } else { LEAST_BEAMS };
+        beams(tracer, (per_pixel * nx).max(columns - 1).max(least), (per_pixel * ny).max(rows - 1).max(least))
     }
 
     /// How well an image agrees with the target, if there is one.

@@ -15,7 +15,7 @@ use super::{
 };
 use glasswarp::{
     export::{self, Design, Format},
-    fabricate::{Cutter, Direction, Milled, Pass, Rows, Scallop},
+    fabricate::{Cutter, Direction, Milled, Pass, Scallop},
     report::{self, Captioned, Cost, Facts},
     solid::{Solid, Stock},
     solver::Progress,
@@ -141,7 +141,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         write_report(args, &piece, &pass, &steps, path)?;
         say!("\n  report         {}", path.display());
     }
-    let cost = pass.cost(piece.surface.extent());
+    let cost = pass.cost(&piece.surface.contour());
     console::result(json::Result::Mill(json::Mill {
         file: args.block.display().to_string(),
         cutter: pass.cutter.to_string(),
@@ -169,7 +169,7 @@ fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step],
         let moved = metrics::rel_rms(&step.view.image, &steps[0].view.image).map_err(Failure::refused)?;
         Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
     });
-    let cost = pass.cost(piece.surface.extent());
+    let cost = pass.cost(&piece.surface.contour());
     let mut rows = vec![
         page::row("Cutter", pass.cutter.to_string()),
         page::row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, page::mm(pass.step_over_mm))),
@@ -245,7 +245,7 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
 
 /// The face that a pass leaves.
 pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
-    Rows::along(surface, *pass).and_then(|rows| rows.milled()).map_err(Failure::refused)
+    Milled::of(surface, *pass).map_err(Failure::refused)
 }
 
 /// A milled face after its polish, on no more nodes than it then needs and on no fewer than the design has: at a spacing of half the
@@ -272,7 +272,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         exit_face_in_words(bench.exit_face()),
         bench.distance_mm
     );
-    let cost = pass.cost(extent);
+    let cost = pass.cost(&piece.surface.contour());
     say!(
         "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
         cost.rows,
@@ -327,8 +327,7 @@ fn write_block(
     let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
     let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
     let surface = if smooth { last.surface.resampled(nx, ny) } else { last.surface.clone() };
-    let heights = surface.heights_mm();
-    let nodes = heights.nx() * heights.ny();
+    let nodes = surface.heights_mm().as_slice().len();
     if nodes > MOST_FILE_NODES {
         return Err(Failure::Usage(format!(
             "a file with every scallop takes {nodes} nodes, more than {MOST_FILE_NODES}: take a larger step-over, or polish with at least --polish {}mm, after which the design's own nodes hold the face",
@@ -336,7 +335,7 @@ fn write_block(
         )));
     }
     // The entry face stays where it is.
-    let thickness_mm = heights.min_max().1 - piece.entry_z_mm;
+    let thickness_mm = Solid::highest_mm(&surface) - piece.entry_z_mm;
     let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
     let solid = Solid::new(&surface, stock).map_err(Failure::refused)?;
     let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -304,7 +304,7 @@ impl DesignPage<'_> {
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
-        let skirt = 1.0 - block.surface.extent().area_mm2() / solid.surface().extent().area_mm2();
+        let skirt = 1.0 - block.surface.contour().area_mm2() / solid.surface().contour().area_mm2();
         warnings.extend(self.opinion.iter().flat_map(|opinion| judgement_warnings(&opinion.judgement, skirt)));
         let (size, thickness) = (solid.stock_extent(), mm(solid.thickness_mm()));
         let page = Page {

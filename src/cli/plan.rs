@@ -137,8 +137,7 @@ impl Plan {
             self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
             self.bench = bench_of(&self.settings, aspect, thickness_mm)?;
             overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
-            // Round blocks have no skirt: what of their light would come through the wall is missing.
-            let enough = overshoot_mm <= self.shape.skirt_mm || !self.bench.contour().is_rectangle();
+            let enough = overshoot_mm <= self.shape.skirt_mm;
             if enough || self.settings.skirt.is_some() {
                 break;
             }

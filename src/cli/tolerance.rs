@@ -291,5 +291,5 @@ impl Bench<'_> {
 fn with_form(surface: &HeightField, form: &dyn Fn(DVec2) -> f64) -> HeightField {
     let (extent, heights) = (surface.extent(), surface.heights_mm());
     let (nx, ny) = (heights.nx(), heights.ny());
-    HeightField::new(extent, Field::from_fn(nx, ny, |i, j| heights[(i, j)] + form(extent.node(i, j, nx, ny))))
+    surface.with_heights(Field::from_fn(nx, ny, |i, j| heights[(i, j)] + form(extent.node(i, j, nx, ny))))
 }

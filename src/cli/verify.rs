@@ -336,7 +336,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
             block,
             side: side.as_ref(),
             scene: &scene,
-            surface: &surface_of(found),
+            surface: &surface_of(found)?,
             entry_z_mm: found.entry_z_mm() - found.mean_exit_z_mm(),
             about: format!(
                 "A block of glass as it was found in {}, and the light that comes through it.",

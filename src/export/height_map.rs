@@ -3,11 +3,15 @@
 //! A pixel is a node: the middles of the outermost pixels stand on the border of the face. The picture lies as such a program
 //! shows the block from above: its left is `-x`, its top is `+y` (the picture on the wall is seen from the other side, and
 //! left is `+x` there). Both files carry their numbers as text: see [`HeightMap::entries`].
+//!
+//! Of a block that is not rectangular the heights go on beyond the outline as those of the [sheet](crate::surface::HeightField::sheet)
+//! that it is cut from: without a cliff that a program would smooth into the picture, or that a tool would plunge down. Where the block is,
+//! the numbers say, and a [mask](HeightMap::mask).
 
 use super::{WriteError, write_atomically};
 use crate::{
     fabricate::{Cutter, tool_offset},
-    grid::Field,
+    grid::{Contour, Field},
     solid::Solid,
 };
 use exr::prelude::{
@@ -15,6 +19,7 @@ use exr::prelude::{
     WritableImage,
 };
 use glam::DVec2;
+use image::{GrayImage, Luma};
 use std::{
     io::{self, Cursor, Write},
     path::Path,
@@ -37,6 +42,7 @@ pub struct HeightMap {
     entry_z_mm: f64,
     top_z_mm: f64,
     meaning: Meaning,
+    contour: Contour,
 }
 
 /// A file format for height maps.
@@ -82,12 +88,12 @@ impl HeightMapFormat {
 impl HeightMap {
     /// The map of a block's exit face.
     pub fn of(solid: &Solid) -> Self {
-        Self::new(solid, solid.surface().heights_mm().clone(), Meaning::Surface)
+        Self::new(solid, solid.surface().sheet().heights_mm().clone(), Meaning::Surface)
     }
 
     /// The map of where the tip of a cutter goes over a block's exit face: see [`tool_offset`].
     pub fn of_tips(solid: &Solid, cutter: Cutter) -> Self {
-        Self::new(solid, tool_offset(solid.surface(), cutter), Meaning::ToolTip(cutter.to_string()))
+        Self::new(solid, tool_offset(&solid.surface().sheet(), cutter), Meaning::ToolTip(cutter.to_string()))
     }
 
     /// The map of heights at equidistant nodes over a block, mm above the mean plane of its exit face.
@@ -98,6 +104,7 @@ impl HeightMap {
             top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
             heights_mm,
             meaning,
+            contour: solid.surface().contour(),
         }
     }
 
@@ -127,7 +134,7 @@ impl HeightMap {
             Meaning::ToolTip(cutter) => format!("tip of the cutter {cutter} (radii), already offset for it"),
         };
         let number = |value: f64| format!("{value:?}");
-        vec![
+        let mut entries = vec![
             ("Title", "height map of a glasswarp block, millimetres".to_owned()),
             ("Orientation", "seen from above the exit face: left is -x, top is +y; white is high".to_owned()),
             ("Heights", meaning),
@@ -141,7 +148,44 @@ impl HeightMap {
             ("WhiteBelowStockTopMm", number(self.top_z_mm - high)),
             ("StockThicknessMm", number(self.top_z_mm - self.entry_z_mm)),
             ("EntryZMm", number(self.entry_z_mm)),
-        ]
+        ];
+        if !self.contour.is_rectangle() {
+            let radius = self.contour.radius_mm();
+            entries.extend([
+                (
+                    "Outline",
+                    "a rectangle from the first to the last pixel with elliptic corners of these semi-axes; beyond it heights only go on"
+                        .to_owned(),
+                ),
+                ("CornerRadiusXMm", number(radius.x)),
+                ("CornerRadiusYMm", number(radius.y)),
+            ]);
+        }
+        entries
+    }
+
+    /// What the heights are of, in words.
+    pub fn subject(&self) -> &'static str {
+        match self.meaning {
+            Meaning::Surface => "the face",
+            Meaning::ToolTip(_) => "the way of the tip",
+        }
+    }
+
+    /// A grey picture of the same pixels, if the block is not all of them: white where it is, black beyond its outline, on which there are
+    /// shades between.
+    pub fn mask(&self) -> Option<GrayImage> {
+        const POINTS: usize = 4;
+        let (nx, ny) = (self.heights_mm.nx(), self.heights_mm.ny());
+        let extent = self.contour.extent();
+        let covered = |i: usize, j: usize| {
+            let at = extent.node(i, ny - 1 - j, nx, ny);
+            let points = (0..POINTS * POINTS).map(|k| DVec2::new((k % POINTS) as f64, (k / POINTS) as f64));
+            let places = points.map(|p| at + ((p + 0.5) / POINTS as f64 - 0.5) * self.pitch_mm);
+            places.filter(|at| self.contour.contains(*at)).count() as f64 / (POINTS * POINTS) as f64
+        };
+        let grey = |i: u32, j: u32| Luma([(255.0 * covered(i as usize, j as usize)).round() as u8]);
+        (!self.contour.is_rectangle()).then(|| GrayImage::from_fn(nx as u32, ny as u32, grey))
     }
 
     /// Writes the map in the format that the extension names. The file appears whole or not at all.

@@ -86,7 +86,7 @@ pub enum Format {
     Obj,
     /// Binary glTF 2.0, metres, y up, with the material.
     Glb,
-    /// STEP AP214, millimetres: a B-spline exit face and planes.
+    /// STEP AP214, millimetres: a B-spline exit face, planes and cylinders.
     Step,
     /// 3MF, millimetres.
     ThreeMf,
@@ -115,11 +115,6 @@ pub enum ExportError {
         /// Most that are written.
         most: usize,
     },
-    /// A block that STEP files are not made of.
-    #[error(
-        "STEP files are made of rectangular blocks only: write .stl, .obj, .glb, .ply or .3mf, or take --outline rectangle"
-    )]
-    StepOutline,
     /// The file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -173,7 +168,6 @@ impl Format {
     pub fn check(self, solid: &Solid) -> Result<(), ExportError> {
         match self {
             Self::Glb => glb::check(solid),
-            Self::Step if solid.contour().is_some() => Err(ExportError::StepOutline),
             Self::Stl | Self::Obj | Self::Step | Self::ThreeMf | Self::Ply => Ok(()),
         }
     }

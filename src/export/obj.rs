@@ -17,18 +17,21 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     in_order(writer, 0..solid.vertex_count(), |text, v| numbers(text, "v", solid.vertex(v)))?;
     let normals = solid.exit_normals();
     in_order(writer, 0..normals.len(), |text, v| numbers(text, "vn", normals[v]))?;
-    for (k, (face, triangles)) in solid.faces().into_iter().enumerate() {
-        // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around is the last face, and has one
-        // for every triangle.
+    // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around has one for every triangle.
+    let mut written = normals.len();
+    for (face, triangles) in solid.faces() {
         let begin = triangles.start;
+        let first = written + 1;
         match face {
             Face::Exit => {}
-            Face::Side => {
+            Face::Side | Face::Inner => {
+                written += triangles.len();
                 in_order(writer, triangles.clone(), |text, t| {
                     numbers(text, "vn", solid.normal_at(face, solid.triangle(t)[0]));
                 })?;
             }
             _ => {
+                written += 1;
                 let [x, y, z] = face.normal();
                 writeln!(writer, "vn {x} {y} {z}")?;
             }
@@ -38,8 +41,8 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
             for v in solid.triangle(t) {
                 let normal = match face {
                     Face::Exit => v as usize + 1,
-                    Face::Side => normals.len() + k + t - begin,
-                    _ => normals.len() + k,
+                    Face::Side | Face::Inner => first + t - begin,
+                    _ => first,
                 };
                 text.push(b' ');
                 text.extend_from_slice(itoa::Buffer::new().format(v + 1).as_bytes());

@@ -30,6 +30,21 @@ pub struct Milled {
     pub slopes: Field<DVec2>,
 }
 
+impl Milled {
+    /// The face that a pass leaves. One that is not rectangular is cut into a larger [`sheet`](HeightField::sheet), on which the cutter
+    /// goes straight on across the outline.
+    ///
+    /// # Errors
+    /// Whatever [`Rows::along`] and [`Rows::milled`] refuse.
+    pub fn of(surface: &HeightField, pass: Pass) -> Result<Self, PassError> {
+        if surface.contour().is_rectangle() {
+            return Rows::along(surface, pass)?.milled();
+        }
+        let left = Rows::along(&surface.sheet(), pass)?.milled()?;
+        Ok(Self { surface: surface.with_heights(left.surface.heights_mm().clone()), ..left })
+    }
+}
+
 impl Rows<'_> {
     /// The face that the pass leaves, on nodes fine enough for its scallops.
     ///

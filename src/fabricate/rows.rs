@@ -1,7 +1,10 @@
 //! Moving a cutter along parallel rows.
 
 use super::{Cutter, CutterShape, DropCutter};
-use crate::{grid::Extent, surface::HeightField};
+use crate::{
+    grid::{Contour, Extent},
+    surface::HeightField,
+};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::{fmt, str::FromStr};
@@ -152,27 +155,19 @@ impl Pass {
         Ok(())
     }
 
-    /// What the pass takes, seen from above: rows to and fro that run out by the cutter's radius at both ends, and the links between them.
-    pub fn cost(&self, block: Extent) -> RowsCost {
+    /// What the pass takes on a block of this outline, seen from above: rows to and fro that run out by the cutter's radius at both ends,
+    /// and the links between them.
+    pub fn cost(&self, block: &Contour) -> RowsCost {
         let along = self.direction.unit();
         let across = along.perp();
-        let half = |axis: DVec2| 0.5 * axis.abs().dot(block.as_vec());
-        let count = 1 + (2.0 * half(across) / self.step_over_mm).ceil() as usize;
+        let count = 1 + (2.0 * block.reach_mm(across) / self.step_over_mm).ceil() as usize;
         let first = -0.5 * (count - 1) as f64 * self.step_over_mm;
-        let corner = block.as_vec() * 0.5;
         let length = |k: usize| {
-            // The chord of the row in the block, by the slabs of x and y.
-            let through = across * (first + k as f64 * self.step_over_mm);
-            let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
-            for (at, direction, half) in [(through.x, along.x, corner.x), (through.y, along.y, corner.y)] {
-                if direction == 0.0 {
-                    // Rows beside the block by rounding still cut its edge.
-                    continue;
-                }
-                let (a, b) = ((-half - at) / direction, (half - at) / direction);
-                (begin, end) = (begin.max(a.min(b)), end.min(a.max(b)));
-            }
-            (end - begin).max(0.0) + 2.0 * self.cutter.radius_mm()
+            // Rows beside the block by rounding still cut its edge.
+            let reach = block.reach_mm(across);
+            let aside = (first + k as f64 * self.step_over_mm).clamp(-reach, reach);
+            let chord = block.chord_mm(aside * across, along).map_or(0.0, |(begin, end)| end - begin);
+            chord + 2.0 * self.cutter.radius_mm()
         };
         let rows: f64 = (0..count).map(length).sum();
         RowsCost { rows: count, length_mm: rows + (count - 1) as f64 * self.step_over_mm }
@@ -247,7 +242,8 @@ impl<'a> Rows<'a> {
         pass.check(extent)?;
         let (along, radius) = (pass.direction.unit(), pass.cutter.radius_mm());
         let across = along.perp();
-        let half = |axis: DVec2| 0.5 * axis.abs().dot(extent.as_vec()) + radius + pass.allowance_mm;
+        let contour = surface.contour();
+        let half = |axis: DVec2| contour.reach_mm(axis) + radius + pass.allowance_mm;
         let node = extent.node_spacing(surface.heights_mm().nx(), surface.heights_mm().ny()).min_element();
         let fine = match pass.cutter.shape() {
             CutterShape::Ball => PER_BALL * radius,
@@ -349,7 +345,7 @@ fn differences(row: &mut [[f64; 2]], spacing_mm: f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grid::Field;
+    use crate::grid::{Field, Outline};
 
     const BLOCK: Extent = Extent::new(60.0, 40.0);
 
@@ -371,16 +367,28 @@ mod tests {
     #[test]
     fn the_way_is_as_long_as_the_rows() {
         let pass = Pass::finishing(Cutter::ball(2.0).unwrap(), 0.5);
-        let cost = pass.cost(BLOCK);
+        let cost = pass.cost(&Outline::Rectangle.within(BLOCK));
         assert_eq!(cost.rows, 81);
         assert!((cost.length_mm - (81.0 * 64.0 + 80.0 * 0.5)).abs() < 1e-9);
         assert!((cost.minutes(2000.0) - cost.length_mm / 2000.0).abs() < 1e-12);
-        let across = Pass { direction: Direction::Y, ..pass }.cost(BLOCK);
+        let across = Pass { direction: Direction::Y, ..pass }.cost(&Outline::Rectangle.within(BLOCK));
         assert_eq!(across.rows, 121);
         // Slanted rows cover the same area.
-        let slanted = Pass { direction: Direction::at(30.0), ..pass }.cost(BLOCK);
+        let slanted = Pass { direction: Direction::at(30.0), ..pass }.cost(&Outline::Rectangle.within(BLOCK));
         let cutting = slanted.length_mm - slanted.rows as f64 * (4.0 + 0.5) + 0.5;
         assert!((cutting * 0.5 - 2400.0).abs() < 20.0, "{cutting}");
+    }
+
+    #[test]
+    fn rows_over_a_disc_are_its_chords() {
+        let disc = Outline::Circle.within(Extent::new(40.0, 40.0));
+        for degrees in [0.0, 30.0, 90.0] {
+            let pass = Pass { direction: Direction::at(degrees), ..Pass::finishing(Cutter::ball(2.0).unwrap(), 0.1) };
+            let cost = pass.cost(&disc);
+            assert_eq!(cost.rows, 401);
+            let chords = cost.length_mm - 401.0 * 4.0 - 400.0 * 0.1;
+            assert!((0.1 * chords / disc.area_mm2() - 1.0).abs() < 1e-3, "{degrees}: {chords}");
+        }
     }
 
     #[test]

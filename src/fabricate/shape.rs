@@ -7,13 +7,15 @@ use crate::{
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Principal curvatures and slopes of a face at its nodes.
+/// Principal curvatures and slopes of a face at its nodes; 0 at nodes beyond its outline.
 #[derive(Clone, Debug)]
 pub struct Shape {
     extent: Extent,
     hollow_per_mm: Field<f64>,
     slope: Field<f64>,
     step: f64,
+    /// Nodes within the outline of the face.
+    within: usize,
 }
 
 /// The sharpest hollow.
@@ -31,18 +33,23 @@ impl Shape {
         let heights = surface.heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
         let (extent, spline) = (surface.extent(), SurfaceSpline::through(surface));
-        let spacing = extent.node_spacing(nx, ny);
+        let (spacing, contour) = (extent.node_spacing(nx, ny), surface.contour());
+        let node = |k: usize| extent.node(k % nx, k / nx, nx, ny);
         let samples: Vec<[f64; 3]> = (0..nx * ny)
             .into_par_iter()
             .map(|k| {
-                let face = spline.sample(extent.node(k % nx, k / nx, nx, ny));
+                if !contour.contains(node(k)) {
+                    return [0.0; 3];
+                }
+                let face = spline.sample(node(k));
                 let [xx, xy, yy] = face.curvature;
                 let step = (xx * spacing.x).abs().max((yy * spacing.y).abs());
                 [hollow(face.slope, face.curvature), face.slope.length(), step + xy.abs() * spacing.min_element()]
             })
             .collect();
         let field = |part: usize| Field::from_vec(nx, ny, samples.iter().map(|sample| sample[part]).collect());
-        Self { extent, hollow_per_mm: field(0), slope: field(1), step: field(2).min_max().1 }
+        let within = (0..nx * ny).filter(|&k| contour.contains(node(k))).count();
+        Self { extent, hollow_per_mm: field(0), slope: field(1), step: field(2).min_max().1, within }
     }
 
     /// The greater principal curvature, per mm: positive where the face is hollow as the cutter sees it.
@@ -66,10 +73,10 @@ impl Shape {
         self.greatest(&self.slope)
     }
 
-    /// Share of the nodes in hollows of less than this radius, mm.
+    /// Share of the face's nodes in hollows of less than this radius, mm.
     pub fn sharper_than(&self, radius_mm: f64) -> f64 {
         let nodes = self.hollow_per_mm.as_slice();
-        nodes.iter().filter(|curvature| **curvature * radius_mm > 1.0).count() as f64 / nodes.len() as f64
+        nodes.iter().filter(|curvature| **curvature * radius_mm > 1.0).count() as f64 / self.within as f64
     }
 
     /// The greatest step of slope from a flat triangle to the next, if the face is cut along its nodes into such.
@@ -124,6 +131,23 @@ mod tests {
         assert!((at.abs() - DVec2::new(10.0, 8.0)).length() < 1e-9);
         assert!((slope - 164.0_f64.sqrt() / (900.0_f64 - 164.0).sqrt()).abs() < 1e-4);
         assert_eq!(Shape::of(&sphere(-1.0)).sharpest().radius_mm, f64::INFINITY);
+    }
+
+    #[test]
+    fn what_lies_beyond_the_outline_does_not_count() {
+        use crate::grid::Outline;
+        let contour = Outline::Circle.within(BLOCK);
+        let face = Field::from_fn(81, 65, |i, j| {
+            let at = BLOCK.node(i, j, 81, 65);
+            // A bowl with a sharp wall beyond the outline.
+            let wall = contour.level(at).distance_mm - 2.4;
+            -(900.0 - at.length_squared()).sqrt() + wall.max(0.0).powi(2)
+        });
+        let disc = Shape::of(&HeightField::outlined(BLOCK, Outline::Circle, face.clone()));
+        assert!((disc.sharpest().radius_mm - 30.0).abs() < 0.05, "{}", disc.sharpest().radius_mm);
+        assert!(disc.sharper_than(31.0) == 1.0 && disc.sharper_than(29.0) == 0.0);
+        assert!((disc.steepest().0.abs() - DVec2::new(10.0, 0.0)).length() < 0.3);
+        assert!(Shape::of(&HeightField::new(BLOCK, face)).sharpest().radius_mm < 2.0);
     }
 
     #[test]

@@ -20,6 +20,28 @@ pub enum Outline {
 }
 
 impl Outline {
+    /// The outline whose curve within an extent these points lie on, as nearly as `tolerance_mm`; `None` if it is none of those there
+    /// are.
+    pub fn through(points: &[DVec2], extent: Extent, tolerance_mm: f64) -> Option<Self> {
+        // A point on a round corner tells its radius: (r - x)^2 + (r - y)^2 = r^2 with its distances x and y from the sides; the one that
+        // is furthest from both tells it best.
+        let from_sides = points.iter().map(|at| 0.5 * extent.as_vec() - at.abs());
+        let corner = from_sides.max_by(|a, b| a.min_element().total_cmp(&b.min_element()))?;
+        let radius_mm = corner.x + corner.y + (2.0 * corner.x * corner.y).max(0.0).sqrt();
+        [Self::Circle, Self::Rectangle, Self::Rounded { radius_mm }].into_iter().find(|outline| {
+            let contour = outline.within(extent);
+            points.iter().all(|&at| contour.level(at).distance_mm.abs() <= tolerance_mm)
+        })
+    }
+
+    /// The outline of what goes on beyond this one by the same length on every side, mm, within an extent that has grown so.
+    pub(crate) fn grown(self, by_mm: f64) -> Self {
+        match self {
+            Self::Rounded { radius_mm } => Self::Rounded { radius_mm: radius_mm + by_mm },
+            other => other,
+        }
+    }
+
     /// The curve it is within an extent.
     pub fn within(self, extent: Extent) -> Contour {
         let half = 0.5 * extent.as_vec();
@@ -133,6 +155,30 @@ impl Contour {
                 DVec2::new(at.x, self.half.y.copysign(at.y))
             }
         }
+    }
+
+    /// How far it reaches from its middle along a unit vector, mm.
+    pub fn reach_mm(&self, along: DVec2) -> f64 {
+        (self.half - self.radius).dot(along.abs()) + (self.radius * along).length()
+    }
+
+    /// Where a straight line through `at` along a unit vector enters and leaves, mm from `at`; `None` if it passes.
+    pub fn chord_mm(&self, at: DVec2, along: DVec2) -> Option<(f64, f64)> {
+        // Convex: inside of both is inside of every edge of a polygon as fine as nobody notices.
+        let points = self.polygon(1e-6 * self.half.max_element());
+        let (mut begin, mut end) = (f64::NEG_INFINITY, f64::INFINITY);
+        for (k, &from) in points.iter().enumerate() {
+            let edge = points[(k + 1) % points.len()] - from;
+            let (inside, rate) = (edge.perp_dot(at - from), edge.perp_dot(along));
+            if rate > 0.0 {
+                begin = begin.max(-inside / rate);
+            } else if rate < 0.0 {
+                end = end.min(-inside / rate);
+            } else if inside < -1e-9 * edge.length() * self.half.max_element() {
+                return None;
+            }
+        }
+        (end >= begin).then_some((begin, end))
     }
 
     /// Half of the width at the height `y`, mm; negative beyond the curve.
@@ -269,6 +315,41 @@ mod tests {
                     assert_eq!(contour.contains(off), step < 0.0);
                 }
                 assert!((contour.crossing(DVec2::ZERO, 2.0 * middle) - middle).length() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn outlines_are_known_by_their_points() {
+        for outline in ALL {
+            let points = outline.within(EXTENT).polygon(1e-3);
+            match (outline, Outline::through(&points, EXTENT, 1e-9)) {
+                (Outline::Rounded { radius_mm }, Some(Outline::Rounded { radius_mm: found })) => {
+                    assert!((found - radius_mm).abs() < 1e-9);
+                }
+                (wanted, found) => assert_eq!(found, Some(wanted)),
+            }
+        }
+        let hexagon: Vec<DVec2> = (0..6).map(|k| 20.0 * DVec2::from_angle(f64::from(k))).collect();
+        assert_eq!(Outline::through(&hexagon, EXTENT, 1e-3), None);
+        assert_eq!(Outline::through(&[], EXTENT, 1e-3), None);
+    }
+
+    #[test]
+    fn reach_and_chords_agree() {
+        for outline in ALL {
+            let contour = outline.within(EXTENT);
+            for k in 0..30 {
+                let along = DVec2::from_angle(0.21 * f64::from(k));
+                let (across, reach) = (along.perp(), contour.reach_mm(along.perp()));
+                assert!(contour.chord_mm(1.001 * reach * across, along).is_none());
+                let area: f64 = (0..400)
+                    .map(|k| reach * (f64::from(k) + 0.5 - 200.0) / 200.0)
+                    .map(|aside| contour.chord_mm(aside * across, along).map_or(0.0, |(begin, end)| end - begin))
+                    .sum::<f64>()
+                    * reach
+                    / 200.0;
+                assert!((area / contour.area_mm2() - 1.0).abs() < 2e-3, "{outline:?} {along}: {area}");
             }
         }
     }

@@ -77,7 +77,10 @@ fn notes(solid: &Solid, bench: &Bench, stretch: f64) -> Vec<String> {
     if let (Some(rim), Some(plane)) = (solid.shape().rim, solid.rim_z_mm()) {
         notes.push(format!("rim {} wide, plane at z = {}", mm(rim.width_mm), z(plane)));
         if let Some(mark) = rim.mark_mm {
-            notes.push(format!("mark: {} cut off the corner +x +y", mm(mark)));
+            notes.push(match solid.contour() {
+                None => format!("mark: {} cut off the corner +x +y", mm(mark)),
+                Some(_) => format!("mark: a flat {} deep towards +x +y", mm(mark * std::f64::consts::FRAC_1_SQRT_2)),
+            });
         }
     }
     match solid.surface().outline() {
@@ -142,14 +145,10 @@ impl Plan<'_> {
 
     fn draw(&self, image: &mut GrayImage) {
         let (face, stock) = (0.5 * self.solid.extent().as_vec(), 0.5 * self.solid.stock_extent().as_vec());
-        let outline = match self.solid.contour() {
-            Some(contour) => contour.polygon(1e-3 * face.max_element()),
-            None => self.solid.shape().outline(self.solid.extent()),
-        };
-        closed(image, outline.iter().map(|&p| self.at(p)));
+        closed(image, self.solid.outline().iter().map(|&p| self.at(p)));
         if self.solid.shape().rim.is_some() {
-            let corners = [-face, DVec2::new(face.x, -face.y), face, DVec2::new(-face.x, face.y)];
-            closed(image, corners.iter().map(|&p| self.at(p)));
+            let inner = self.solid.surface().contour().polygon(1e-3 * face.max_element());
+            closed(image, inner.iter().map(|&p| self.at(p)));
             dimension(
                 image,
                 self.at(DVec2::new(-face.x, face.y)),

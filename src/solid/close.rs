@@ -44,7 +44,7 @@ impl Nodes {
             Face::East => (0..=top).map(|j| self.index(right, j)).collect(),
             Face::North => (0..=right).rev().map(|i| self.index(i, top)).collect(),
             Face::West => (0..=top).rev().map(|j| self.index(0, j)).collect(),
-            Face::Exit | Face::Entry | Face::Rim | Face::Side | Face::Mark => Vec::new(),
+            Face::Exit | Face::Entry | Face::Rim | Face::Side | Face::Inner | Face::Mark => Vec::new(),
         }
     }
 }

@@ -98,9 +98,6 @@ pub enum SolidError {
         /// Greatest accepted width, mm.
         greatest_mm: f64,
     },
-    /// A rim or a skirt around a block that is not rectangular.
-    #[error("rims and skirts are made around rectangular blocks only: leave them out, or take --outline rectangle")]
-    Outline,
     /// A rim whose plane cuts the border of the exit face, or a flange without thickness.
     #[error(
         "the plane of the rim lies {rise_mm} mm above the highest point of the exit face, and would meet the border of the face or the entry face: take at least {raised_mm:.2} mm for a rim that stands above the face, or {lowered_mm:.2} mm to {lowest_mm:.2} mm for a flange below it (--rim WIDTH,HEIGHT)"

@@ -14,7 +14,7 @@
 //! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry border. There is no
 //!   vertex between the two faces: a reader finds the height nodes as all vertices above the entry plane.
 //! - *Other outlines* than a rectangle: whole cells inside, a ring between them and the curve, one wall all around, and an
-//!   entry face fanned out from its middle.
+//!   entry face fanned out from its middle. A rim there is a ring as long as the border, with an outer wall of its own.
 //! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
 //!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
 
@@ -60,6 +60,8 @@ pub enum Face {
     Rim,
     /// The wall around a block that is not rectangular.
     Side,
+    /// The wall between the exit face of such a block and its rim.
+    Inner,
     /// The wall that cuts off a corner of the rim, facing `+x` and `+y`.
     Mark,
 }
@@ -79,7 +81,7 @@ impl Face {
             Self::North => [0.0, 1.0, 0.0],
             Self::West => [-1.0, 0.0, 0.0],
             Self::Rim => [0.0, 0.0, 1.0],
-            Self::Side => [0.0; 3],
+            Self::Side | Self::Inner => [0.0; 3],
             Self::Mark => [std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2, 0.0],
         }
     }
@@ -146,9 +148,6 @@ impl Solid {
         let surface = surface.with_skirt(shape.skirt_mm);
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
-        if !surface.contour().is_rectangle() && (shape.rim.is_some() || shape.skirt_mm > 0.0) {
-            return Err(SolidError::Outline);
-        }
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
             return Err(SolidError::TooManyNodes { nx, ny });
         }
@@ -169,8 +168,7 @@ impl Solid {
         }
         let spline = SurfaceSpline::through(&surface);
         let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(&surface, &spline) };
-        let heights = border.iter().map(|(_, height)| *height);
-        let (low, high) = heights.fold(surface.range_mm(), |(low, high), z| (low.min(z), high.max(z)));
+        let (low, high) = range_with(&surface, &border);
         let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
         let top = high + shape.rise_mm();
         let entry_z = (top - thickness_mm) as f32;
@@ -198,7 +196,15 @@ impl Solid {
         };
         if !border.is_empty() {
             let trimmed = solid.trim(&spline, &border);
-            solid.close_along(trimmed);
+            match shape.rim {
+                None => solid.close_along(trimmed),
+                Some(rim) => {
+                    let heights = || border.iter().map(|(_, height)| *height);
+                    let limits = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+                    solid.rim_z_mm = Some(rim.plane_mm(high, limits, f64::from(entry_z))?);
+                    solid.close_along_rim(trimmed, rim.width_mm);
+                }
+            }
             solid.number_faces();
             return Ok(solid);
         }
@@ -216,6 +222,17 @@ impl Solid {
         }
         solid.number_faces();
         Ok(solid)
+    }
+
+    /// The highest place of the exit face of the block that a height field is closed to, mm: at a node or, of a block that is not
+    /// rectangular, on its outline.
+    pub fn highest_mm(surface: &HeightField) -> f64 {
+        let border = if surface.contour().is_rectangle() {
+            Vec::new()
+        } else {
+            trim::border(surface, &SurfaceSpline::through(surface))
+        };
+        range_with(surface, &border).1
     }
 
     /// A height of the library's frame as the files have it.
@@ -302,7 +319,37 @@ impl Solid {
         self.trimmed.as_ref().map_or(self.exit.len(), |trimmed| trimmed.vertices.len())
     }
 
-    /// The curve around the block as seen along the axis, if it is not rectangular.
+    /// The curve around the block with its rim, and the flat that a mark cuts off it: what lies further than a length, mm, along a unit
+    /// vector.
+    pub(crate) fn curve(&self) -> (Contour, Option<(DVec2, f64)>) {
+        let rim_mm = self.shape.rim.map_or(0.0, |rim| rim.width_mm);
+        let curve = self.surface.outline().grown(rim_mm).within(self.stock_extent());
+        (curve, self.shape.flat(&curve))
+    }
+
+    /// The block with its rim as seen along the axis, mm: its corners, or a polygon on its curve, counter-clockwise.
+    pub fn outline(&self) -> Vec<DVec2> {
+        if self.surface.contour().is_rectangle() {
+            return self.shape.outline(self.extent());
+        }
+        let (curve, flat) = self.curve();
+        let points = curve.polygon(1e-4 * self.stock_extent().as_vec().max_element());
+        let Some((along, reach)) = flat else { return points };
+        let mut cut = Vec::with_capacity(points.len() + 2);
+        for (k, &from) in points.iter().enumerate() {
+            let to = points[(k + 1) % points.len()];
+            let (a, b) = (along.dot(from) - reach, along.dot(to) - reach);
+            if a <= 0.0 {
+                cut.push(from);
+            }
+            if a * b < 0.0 {
+                cut.push(from.lerp(to, a / (a - b)));
+            }
+        }
+        cut
+    }
+
+    /// The curve around the exit face as seen along the axis, if it is not rectangular.
     pub fn contour(&self) -> Option<Contour> {
         Some(self.surface.contour()).filter(|contour| !contour.is_rectangle())
     }
@@ -401,6 +448,11 @@ impl Solid {
             Diagonal::Falling
         }
     }
+}
+
+/// Least and greatest height of a face and of the points of its outline, mm.
+fn range_with(surface: &HeightField, border: &[(DVec2, f64)]) -> (f64, f64) {
+    border.iter().fold(surface.range_mm(), |(low, high), (_, z)| (low.min(*z), high.max(*z)))
 }
 
 /// Which corners of a cell a diagonal joins.

@@ -1,7 +1,7 @@
 //! What a workshop may ask of the block around its optical face: a rim to hold it by, a mark, and another origin.
 
 use super::SolidError;
-use crate::grid::Extent;
+use crate::grid::{Contour, Extent};
 use glam::DVec2;
 use std::fmt;
 
@@ -14,7 +14,8 @@ pub struct Rim {
     /// Negative: a flange to clamp the block by, below the whole border of the face.
     pub rise_mm: f64,
     /// Cuts off the outer corner at the top left of the picture as it is seen on the wall (+x, +y), by this length along both
-    /// sides, mm: a block with this mark cannot be turned or mirrored unnoticed.
+    /// sides, mm: a block with this mark cannot be turned or mirrored unnoticed. Where there is no corner, it is a flat towards it, as deep as the
+    /// cut: this length divided by the root of 2.
     pub mark_mm: Option<f64>,
 }
 
@@ -117,7 +118,14 @@ impl Shape {
         self.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0))
     }
 
-    /// Corners of the block as seen along the axis, mm, counter-clockwise from +z and from the corner of least x and y.
+    /// The flat that a mark cuts off a rim within this curve: what lies further than a length, mm, along a unit vector.
+    pub(super) fn flat(&self, curve: &Contour) -> Option<(DVec2, f64)> {
+        let mark_mm = self.rim?.mark_mm?;
+        let along = DVec2::splat(std::f64::consts::FRAC_1_SQRT_2);
+        Some((along, curve.reach_mm(along) - mark_mm * std::f64::consts::FRAC_1_SQRT_2))
+    }
+
+    /// Corners of a rectangular block as seen along the axis, mm, counter-clockwise from +z and from the corner of least x and y.
     pub fn outline(&self, face: Extent) -> Vec<DVec2> {
         let reach = 0.5 * face.as_vec() + self.rim.map_or(0.0, |rim| rim.width_mm);
         let mut corners = vec![-reach, DVec2::new(reach.x, -reach.y)];

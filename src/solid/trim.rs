@@ -162,21 +162,89 @@ impl Solid {
             [[bottom.0, bottom.1, top.1], [bottom.0, top.1, top.0]]
         });
         self.planes.push((Face::Side, wall.collect()));
+        self.adopt(trimmed);
+    }
+
+    fn adopt(&mut self, trimmed: Trimmed) {
         self.normals = trimmed.normals.clone();
         self.entry_nodes = (0, 0);
         self.trimmed = Some(trimmed);
     }
 
+    /// The same with a rim: a wall from the border to its plane, the rim, a wall all around it and an entry face as large. To every vertex
+    /// of the border belongs one of the outer edge, straight out from it.
+    pub(super) fn close_along_rim(&mut self, trimmed: Trimmed, width_mm: f64) {
+        let (z_rim, z_entry) = (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.entry_z)));
+        let curve = self.surface.outline().grown(width_mm).within(self.stock_extent());
+        let (border, count) = (trimmed.border.start, trimmed.border.len() as u32);
+        let inner = trimmed.vertices.len() as u32;
+        let (outer, lower, middle) = (inner + count, inner + 2 * count, inner + 3 * count);
+        let plan = |v: u32| DVec2::new(trimmed.vertices[v as usize][0].into(), trimmed.vertices[v as usize][1].into());
+        let origin = self.origin.truncate();
+        let edge: Vec<DVec2> = (0..count)
+            .map(|k| plan(border + k) + origin)
+            .map(|from| {
+                let to = curve.foot(from);
+                match self.shape.flat(&curve) {
+                    // On the way out, up to the flat of the mark.
+                    Some((along, reach)) if along.dot(to) > reach => {
+                        from.lerp(to, (reach - along.dot(from)) / along.dot(to - from))
+                    }
+                    _ => to,
+                }
+            })
+            .map(|at| at - origin)
+            .collect();
+        let ring = |points: &[DVec2], z: f32| points.iter().map(|p| [p.x as f32, p.y as f32, z]).collect::<Vec<_>>();
+        let below: Vec<[f32; 3]> =
+            (0..count).map(|k| trimmed.vertices[(border + k) as usize]).map(|[x, y, _]| [x, y, z_rim]).collect();
+        let centre = [[-self.origin.x as f32, -self.origin.y as f32, z_entry]];
+        self.rest = [below, ring(&edge, z_rim), ring(&edge, z_entry), centre.to_vec()].concat();
+        let pairs = || (0..count).map(|k| (k, (k + 1) % count));
+        // Quads between two rings of vertices, facing away from the middle if the second is below the first, else up.
+        let band = |upper: u32, lower: u32| {
+            let quads = pairs().flat_map(move |(a, b)| {
+                let (top, bottom) = ((upper + a, upper + b), (lower + a, lower + b));
+                [[bottom.0, bottom.1, top.1], [bottom.0, top.1, top.0]]
+            });
+            quads.collect::<Vec<_>>()
+        };
+        self.planes.push((Face::Entry, pairs().map(|(a, b)| [middle, lower + b, lower + a]).collect()));
+        self.planes.push((Face::Inner, band(border, inner)));
+        self.planes.push((Face::Rim, band(inner, outer)));
+        self.planes.push((Face::Side, band(outer, lower)));
+        self.adopt(trimmed);
+    }
+
     /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall, the face's own elsewhere.
     pub fn normal_at(&self, face: Face, v: u32) -> [f32; 3] {
-        if face != Face::Side {
+        if !matches!(face, Face::Side | Face::Inner) {
             return face.normal();
         }
         let [x, y, _] = self.vertex(v as usize).map(f64::from);
         let at = DVec2::new(x, y) + self.origin.truncate();
-        self.surface.contour().level(at).normal.extend(0.0).as_vec3().to_array()
+        let normal = match (face, self.shape.rim) {
+            (Face::Inner, _) => {
+                // It stands above all of the border, or lies below all of it.
+                let border = self.trimmed.as_ref().map(|trimmed| trimmed.vertices[trimmed.border.start as usize][2]);
+                let raised = self.rim_z_mm.zip(border).is_some_and(|(z, border)| self.file_z(z) > border);
+                self.surface.contour().level(at).normal * if raised { -1.0 } else { 1.0 }
+            }
+            (_, None) => self.surface.contour().level(at).normal,
+            (_, Some(rim)) => {
+                let curve = self.surface.outline().grown(rim.width_mm).within(self.stock_extent());
+                match self.shape.flat(&curve) {
+                    Some((along, reach)) if along.dot(at) > reach - ON_FLAT_MM => along,
+                    _ => curve.level(at).normal,
+                }
+            }
+        };
+        normal.extend(0.0).as_vec3().to_array()
     }
 }
+
+/// What is nearer to the flat of a mark than this belongs to it, mm: files have coordinates of `f32`.
+const ON_FLAT_MM: f64 = 1e-3;
 
 #[cfg(test)]
 mod tests {
@@ -253,10 +321,48 @@ mod tests {
     }
 
     #[test]
-    fn a_rim_around_a_curved_outline_is_refused() {
+    fn rims_marks_and_skirts_around_curved_outlines_are_sound() {
+        for (extent, outline) in [
+            (Extent::new(60.0, 60.0), Outline::Circle),
+            (Extent::new(70.0, 40.0), Outline::Circle),
+            (Extent::new(60.0, 50.0), Outline::Rounded { radius_mm: 8.0 }),
+        ] {
+            let face = surface(extent, outline, (61, 55));
+            let relief = face.relief_mm();
+            for (width_mm, rise_mm, mark_mm) in
+                [(5.0, 0.5, None), (8.0, 1.0, Some(8.0)), (6.0, -relief - 1.0, Some(3.0))]
+            {
+                for (origin, skirt_mm) in Origin::ALL.into_iter().zip([0.0, 3.0, 0.0, 4.0]) {
+                    let rim = Some(Rim { width_mm, rise_mm, mark_mm });
+                    let stock = Stock::of_thickness(20.0);
+                    let solid = Solid::shaped(&face, stock, Shape { rim, origin, skirt_mm }).unwrap();
+                    let proof = solid.check();
+                    assert!(proof.is_ok(), "{outline:?} in {extent:?}, {rim:?}: {proof:?}");
+                    let edge: Vec<DVec2> = solid.outline();
+                    let area: f64 = (0..edge.len()).map(|k| 0.5 * edge[k].perp_dot(edge[(k + 1) % edge.len()])).sum();
+                    let faces = solid.faces();
+                    let (_, entry) = faces.iter().find(|(face, _)| *face == Face::Entry).unwrap();
+                    let entry: f64 = entry
+                        .clone()
+                        .map(|t| solid.corners(t).map(|[x, y, _]| DVec2::new(x, y)))
+                        .map(|[a, b, c]| 0.5 * (c - a).perp_dot(b - a))
+                        .sum();
+                    assert!((entry / area - 1.0).abs() < 3e-3, "{outline:?} {rim:?}: {entry} of {area}");
+                    if mark_mm.is_none() && outline == Outline::Circle {
+                        let size = solid.stock_extent();
+                        let round = std::f64::consts::FRAC_PI_4 * size.area_mm2();
+                        assert!((entry / round - 1.0).abs() < 3e-3);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_rim_that_cuts_a_curved_border_is_refused() {
         let face = surface(Extent::new(60.0, 60.0), Outline::Circle, (41, 41));
-        let rim = Some(Rim { width_mm: 5.0, rise_mm: 1.0, mark_mm: None });
+        let rim = Some(Rim { width_mm: 5.0, rise_mm: -0.3, mark_mm: None });
         let error = Solid::shaped(&face, Stock::default(), Shape { rim, ..Shape::default() }).unwrap_err();
-        assert!(matches!(error, SolidError::Outline), "{error}");
+        assert!(matches!(error, SolidError::RimHeight { .. }), "{error}");
     }
 }

@@ -63,7 +63,8 @@ impl HeightField {
         Self::outlined(self.extent, self.outline, heights_mm)
     }
 
-    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there. Heights stay as they are: their mean is 0
+    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there: beyond a curved outline
+    /// it keeps its bend across it as far as that. Heights stay as they are: their mean is 0
     /// without the skirt.
     pub fn with_skirt(&self, least_mm: f64) -> Self {
         let old = &self.heights_mm;
@@ -73,6 +74,12 @@ impl HeightField {
         let (cx, cy) = (cells.x as usize, cells.y as usize);
         if cx + cy == 0 {
             return self.clone();
+        }
+        if !self.contour().is_rectangle() {
+            let size = self.extent.as_vec() + 2.0 * cells * spacing;
+            let outline = self.outline.grown((cells * spacing).min_element());
+            let heights_mm = extend::go_on_beyond(self, (cx, cy), (cells * spacing).max_element());
+            return Self { extent: Extent::new(size.x, size.y), outline, heights_mm };
         }
         let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
         along_x.par_chunks_mut(nx + 2 * cx).zip(old.as_slice().par_chunks(nx)).for_each(|(line, heights)| {
@@ -99,6 +106,34 @@ impl HeightField {
         Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
     }
 
+    /// The same face within its outline; beyond, heights that go straight on across it, and far from it lie within those of the
+    /// face. What smooths or cuts the face looks there.
+    pub fn continued(&self) -> Self {
+        if self.contour().is_rectangle() {
+            return self.clone();
+        }
+        let mut heights_mm = extend::go_on_beyond(self, (0, 0), 0.0);
+        extend::limit(self, &mut heights_mm);
+        Self { heights_mm, ..self.clone() }
+    }
+
+    /// The same face, whose heights far beyond its outline are within its own: a surface that is trimmed to the outline then is nowhere
+    /// much higher or lower than what is left of it, for programs that look at all of it. The spline within stays as it is.
+    pub fn levelled(&self) -> Self {
+        if self.contour().is_rectangle() {
+            return self.clone();
+        }
+        let mut heights_mm = self.heights_mm.clone();
+        extend::level(self, &mut heights_mm);
+        Self { heights_mm, ..self.clone() }
+    }
+
+    /// The face as it is cut into a sheet of its whole extent, which is cut to the outline afterwards: [`continued`](Self::continued),
+    /// as a rectangle. Heights stay as they are: their mean is 0 within the outline.
+    pub fn sheet(&self) -> Self {
+        Self { outline: Outline::Rectangle, ..self.continued() }
+    }
+
     /// Size of the face.
     pub fn extent(&self) -> Extent {
         self.extent
@@ -117,6 +152,14 @@ impl HeightField {
     /// Node heights, mm; beyond the outline, their continuation.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
+    }
+
+    /// Node heights, mm; another value beyond the outline.
+    pub fn heights_within(&self, beyond: f64) -> Field<f64> {
+        let (contour, heights) = (self.contour(), &self.heights_mm);
+        let (nx, ny) = (heights.nx(), heights.ny());
+        let inside = |i, j| contour.contains(self.extent.node(i, j, nx, ny));
+        Field::from_fn(nx, ny, |i, j| if inside(i, j) { heights[(i, j)] } else { beyond })
     }
 
     /// The same face on another number of nodes: the spline through its own, sampled.
@@ -228,6 +271,64 @@ mod tests {
             }
         }
         assert_eq!(face.with_skirt(0.0), face);
+    }
+
+    #[test]
+    fn beyond_a_curved_outline_a_face_goes_on_as_it_bends() {
+        let bowl = |p: DVec2| 0.004 * p.length_squared() + 0.1 * p.x;
+        for outline in [Outline::Circle, Outline::Rounded { radius_mm: 10.0 }] {
+            let extent = Extent::new(40.0, 32.0);
+            let (nx, ny) = (321, 257);
+            let face =
+                HeightField::outlined(extent, outline, Field::from_fn(nx, ny, |i, j| bowl(extent.node(i, j, nx, ny))));
+            let wide = face.with_skirt(3.0);
+            assert_eq!(wide.extent(), Extent::new(46.0, 38.0));
+            assert!((wide.contour().area_mm2() - face.contour().area_mm2()) > 3.0 * 100.0);
+            let (narrow, spline) = (SurfaceSpline::through(&face), SurfaceSpline::through(&wide));
+            let sheet = SurfaceSpline::through(&face.sheet());
+            let lift = narrow.sample(DVec2::ZERO).height_mm;
+            for k in 0..2000 {
+                let at = DVec2::from_angle(0.7 * f64::from(k)) * (0.0115 * f64::from(k));
+                if face.contour().contains(at) {
+                    for other in [&spline, &sheet] {
+                        assert!((narrow.sample(at).slope - other.sample(at).slope).length() < 2e-4, "{outline:?} {at}");
+                    }
+                } else if wide.contour().contains(at) {
+                    let wanted = bowl(at) + lift;
+                    // A bowl bends the same in every direction; of its slope smoothing along the outline takes a hundredth.
+                    assert!((spline.sample(at).height_mm - wanted).abs() < 4e-3, "{outline:?} {at}");
+                }
+            }
+            let (low, high) = face.range_mm();
+            let (least, most) = face.sheet().heights_mm().min_max();
+            assert!(least >= low - 1e-9 && most < high + 0.1 * (high - low), "{least} to {most} of {low} to {high}");
+        }
+    }
+
+    #[test]
+    fn far_beyond_the_outline_heights_are_levelled_and_the_spline_within_does_not_notice() {
+        let extent = Extent::new(60.0, 60.0);
+        let h = |p: DVec2| (0.2 * p.x).sin() - 0.01 * p.length_squared() + 0.3 * (1.3 * p.y).cos();
+        let face = HeightField::outlined(
+            extent,
+            Outline::Circle,
+            Field::from_fn(121, 121, |i, j| h(extent.node(i, j, 121, 121))),
+        );
+        let level = face.levelled();
+        let ((low, high), corner) = (face.range_mm(), level.heights_mm()[(0, 0)]);
+        assert!(face.heights_mm()[(0, 0)] < low - 5.0 && (low..=high).contains(&corner));
+        let (lowest, _) = level.heights_mm().min_max();
+        assert!(lowest > low - 0.5 * (high - low), "{lowest} under {low}");
+        let [a, b] = [&face, &level].map(SurfaceSpline::through);
+        for (radius, height, slope) in [(30.0, 1e-5, 5e-5), (27.0, 1e-8, 5e-8)] {
+            for k in 0..2000 {
+                let at = DVec2::from_angle(f64::from(k)) * radius * (f64::from(k) / 1999.0).sqrt();
+                let (a, b) = (a.sample(at), b.sample(at));
+                assert!((a.height_mm - b.height_mm).abs() < height && (a.slope - b.slope).length() < slope, "{at}");
+            }
+        }
+        let rectangle = HeightField::new(extent, face.heights_mm().clone());
+        assert_eq!(rectangle.levelled(), rectangle);
     }
 
     #[test]

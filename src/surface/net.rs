@@ -25,7 +25,7 @@ pub struct ControlNet {
     heights_mm: Field<f64>,
 }
 
-/// How far a net is from the height field, over a lattice twice as dense as the nodes.
+/// How far a net is from the height field within its outline, over a lattice twice as dense as the nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitError {
     /// Greatest difference of height, mm.
@@ -85,6 +85,22 @@ impl ControlNet {
         [self.along_x.greville(self.extent.width_mm), self.along_y.greville(self.extent.height_mm)]
     }
 
+    /// Height, mm, and slope at a point of the face.
+    pub fn sample(&self, at: DVec2) -> (f64, DVec2) {
+        let per_mm = DVec2::new(self.along_x.intervals(), self.along_y.intervals()) / self.extent.as_vec();
+        let place = (at - self.extent.lower()) * per_mm;
+        let ((i, x), (j, y)) = (self.along_x.weights(place.x), self.along_y.weights(place.y));
+        let (mut height, mut slope) = (0.0, DVec2::ZERO);
+        for l in 0..ORDER {
+            let row = &self.heights_mm.row(j + l)[i..i + ORDER];
+            let along = |weights: &[f64; ORDER]| weights.iter().zip(row).map(|(w, h)| w * h).sum::<f64>();
+            let value = along(&x[0]);
+            height += y[0][l] * value;
+            slope += DVec2::new(y[0][l] * along(&x[1]), y[1][l] * value);
+        }
+        (height, slope * per_mm)
+    }
+
     /// Heights at `nx` by `ny` places that span the face edge to edge, mm.
     pub fn sampled(&self, nx: usize, ny: usize) -> Field<f64> {
         let (tables_x, tables_y) = (self.along_x.lattice(nx), self.along_y.lattice(ny));
@@ -111,8 +127,9 @@ impl ControlNet {
         let (tables_x, tables_y) = (self.along_x.lattice(lx), self.along_y.lattice(ly));
         let scale = DVec2::new(self.along_x.intervals(), self.along_y.intervals()) / self.extent.as_vec();
         let width = self.heights_mm.nx();
+        let contour = surface.contour();
         // Sums of a row each, added in order: the same for any number of threads.
-        let rows: Vec<[f64; 4]> = (0..ly)
+        let rows: Vec<[f64; 5]> = (0..ly)
             .into_par_iter()
             .map_init(
                 || vec![[0.0; 3]; width],
@@ -121,11 +138,15 @@ impl ControlNet {
                     for (i, mixed) in mixed.iter_mut().enumerate() {
                         *mixed = [0, 1, 2].map(|d| (0..ORDER).map(|l| y[d][l] * self.heights_mm[(i, first + l)]).sum());
                     }
-                    let mut sums = [0.0_f64; 4];
+                    let mut sums = [0.0_f64; 5];
                     for (i, (first, x)) in tables_x.iter().enumerate() {
+                        let place = self.extent.node(i, j, lx, ly);
+                        if !contour.contains(place) {
+                            continue;
+                        }
                         let at =
                             |dx: usize, dy: usize| -> f64 { (0..ORDER).map(|l| x[dx][l] * mixed[first + l][dy]).sum() };
-                        let truth = spline.sample(self.extent.node(i, j, lx, ly));
+                        let truth = spline.sample(place);
                         let slope = DVec2::new(at(1, 0), at(0, 1)) * scale - truth.slope;
                         let laplacian = at(2, 0) * scale.x * scale.x + at(0, 2) * scale.y * scale.y
                             - truth.curvature[0]
@@ -135,12 +156,14 @@ impl ControlNet {
                         sums[1] += height * height;
                         sums[2] += slope.length_squared();
                         sums[3] += laplacian * laplacian;
+                        sums[4] += 1.0;
                     }
                     sums
                 },
             )
             .collect();
-        let rms = |k: usize| (rows.iter().map(|row| row[k]).sum::<f64>() / (lx * ly) as f64).sqrt();
+        let sum = |k: usize| rows.iter().map(|row| row[k]).sum::<f64>();
+        let rms = |k: usize| (sum(k) / sum(4)).sqrt();
         FitError {
             greatest_mm: rows.iter().map(|row| row[0]).fold(0.0, f64::max),
             rms_mm: rms(1),
@@ -153,6 +176,7 @@ impl ControlNet {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Outline;
 
     fn surface(nx: usize, ny: usize, h: impl Fn(DVec2) -> f64) -> HeightField {
         let extent = Extent::new(30.0, 20.0);
@@ -170,6 +194,33 @@ mod tests {
             let error = ControlNet::interpolating(&surface).error(&surface);
             assert!(error.greatest_mm < 1e-13 && error.slope_rms < 1e-12 && error.laplacian_rms < 1e-10, "{error:?}");
         }
+    }
+
+    #[test]
+    fn samples_are_those_of_the_spline_through_the_nodes_with_its_slope() {
+        let surface = surface(31, 24, wave);
+        let (net, spline) = (ControlNet::interpolating(&surface), SurfaceSpline::through(&surface));
+        for k in 0..=300 {
+            let at = DVec2::new(30.0, 20.0) * (DVec2::new(f64::from(k), f64::from(k * 7 % 301)) / 300.0 - 0.5);
+            let ((height, slope), wanted) = (net.sample(at), spline.sample(at));
+            assert!((height - wanted.height_mm).abs() < 1e-12 && (slope - wanted.slope).length() < 1e-11, "{at}");
+        }
+    }
+
+    #[test]
+    fn how_far_a_net_is_away_beyond_the_outline_does_not_count() {
+        let extent = Extent::new(30.0, 20.0);
+        let contour = Outline::Circle.within(extent);
+        let error = |outline: Outline| {
+            let of = |beyond: f64| {
+                let h = |p: DVec2| wave(p) + if contour.level(p).distance_mm > 2.0 { beyond } else { 0.0 };
+                HeightField::outlined(extent, outline, Field::from_fn(81, 61, |i, j| h(extent.node(i, j, 81, 61))))
+            };
+            ControlNet::interpolating(&of(0.0)).error(&of(5.0))
+        };
+        let (within, whole) = (error(Outline::Circle), error(Outline::Rectangle));
+        assert!(within.greatest_mm < 0.05 && within.rms_mm < 0.01, "{within:?}");
+        assert!(whole.greatest_mm > 4.0 && whole.rms_mm > 0.5, "{whole:?}");
     }
 
     #[test]

@@ -88,7 +88,7 @@ pub(super) fn close(
         }
         // What is cut is sharper than what shines; the loop makes up for the waves that are given up.
         let surface = match options.finish {
-            Some(polish) => polish.presharpened(&surface),
+            Some(polish) => polish.presharpened(&surface.continued()),
             None => surface,
         };
         let look = |surface: &HeightField| {

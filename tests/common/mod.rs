@@ -13,7 +13,7 @@ use std::{
     env,
     ffi::OsString,
     io::Write,
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
 };
 
 /// A program of the system, such as `admesh`; `package` says how to get it.
@@ -37,6 +37,14 @@ pub(crate) fn python(modules: &[&str], script: &str) -> Option<Command> {
     }
     let what = format!("python ({}) with {}", interpreter.to_string_lossy(), modules.join(", "));
     missing(&what, "pip install; name the interpreter in GLASSWARP_PYTHON")
+}
+
+/// FreeCAD without a window, running a script; `None` if it is missing.
+pub(crate) fn freecad(script: &str) -> Option<Command> {
+    let mut command = program("freecadcmd", "Debian package freecad")?;
+    // Without a locale of UTF-8 it crashes.
+    command.env("LC_ALL", "C.UTF-8").arg("-c").arg(script).stdin(Stdio::null());
+    Some(command)
 }
 
 /// Node with these modules, ready to run `script` with further arguments (`process.argv` from index 1).

@@ -1,7 +1,7 @@
 //! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
 use crate::{
-    mesh::Mesh,
+    mesh::{Mesh, TrimmedFace},
     outline::{Border, wall_tops},
     solid,
     spline::Bicubic,
@@ -34,6 +34,8 @@ pub struct Block {
     border: Option<Arc<Border>>,
     /// Least and greatest corner of the entry face, mm.
     entry_face: (DVec2, DVec2),
+    /// The curve around an entry face that is neither a rectangle nor the plan of the exit face.
+    entry_border: Option<Arc<Border>>,
 }
 
 /// The diagonal along which a cell of the grid is cut.
@@ -118,6 +120,10 @@ impl Block {
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
+        if let Some(face) = &mesh.trimmed {
+            entry_face(mesh, in_entry, lo, plan_area(mesh))?;
+            return Self::trimmed(mesh, face, in_entry);
+        }
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
             .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
@@ -130,7 +136,15 @@ impl Block {
             // Or an outline that is no rectangle.
             let outlined =
                 || Grid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
-            let found = framed.or_else(outlined).ok_or(plain)?;
+            // Or a rim around such an outline.
+            let both = || {
+                let (in_rim, rim_z) = rim(mesh, in_entry, lo)?;
+                let inside: Vec<u32> = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
+                let below = |v: u32| in_entry(v) || in_rim[v as usize];
+                let (grid, border) = Grid::within(mesh, below, &inside).ok()?;
+                Some((grid, Some(rim_z), Some(border)))
+            };
+            let found = framed.or_else(outlined).or_else(both).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             Ok(found)
         })?;
@@ -155,14 +169,15 @@ impl Block {
         let (diagonals, mut normals) = cells(mesh, &node_of, &known, nx, ny)?;
         let border = match border {
             Some(points) => {
-                let around = || BlockError::Grid { why: "the walls do not go once around the exit face".into() };
-                let border = Border::new(points, known).ok_or_else(around)?;
+                let border = Border::new(points, known).ok_or_else(not_around)?;
                 border.complete(&mut heights, (nx, ny), lower, upper);
                 normals = None;
                 Some(Arc::new(border))
             }
             None => None,
         };
+        let framed = rim_z.is_some() && border.is_some();
+        let entry_border = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
         Ok(Self {
             lower,
             upper,
@@ -178,7 +193,33 @@ impl Block {
             rim_z,
             border,
             entry_face: (lo.truncate(), hi.truncate()),
+            entry_border,
         })
+    }
+
+    /// A block whose file has its exit face as a surface.
+    fn trimmed(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
+        let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
+        let (lo, hi) = mesh.bounds();
+        let entry_border = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
+        let block = Self {
+            lower,
+            upper,
+            entry_z: lo.z,
+            nx,
+            ny,
+            xs: places(nx, lower.x, upper.x),
+            ys: places(ny, lower.y, upper.y),
+            heights: Arc::new(face.heights_mm.clone()),
+            diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
+            normals: None,
+            spline: None,
+            rim_z: face.rim_z_mm,
+            border: None,
+            entry_face: (lo.truncate(), hi.truncate()),
+            entry_border,
+        };
+        block.within(face.outline_mm.clone())
     }
 
     /// A block of this size (mm, centred on the axis) whose exit face has `nx` by `ny` nodes at these heights (mm, row-major: rows along `+y`), and whose entry face
@@ -220,6 +261,7 @@ impl Block {
             rim_z: None,
             border: None,
             entry_face: (lower, upper),
+            entry_border: None,
         })
     }
 
@@ -272,6 +314,24 @@ impl Block {
         self.spline.clone().unwrap_or_else(through)
     }
 
+    /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it continue the face.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen from it.
+    pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
+        let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
+        let mut border = Border::new(around, Vec::new()).ok_or_else(refused)?;
+        border.known =
+            (0..self.heights.len()).map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
+        self.border = Some(Arc::new(border));
+        Ok(self)
+    }
+
+    /// The points on the outline of an exit face that is no rectangle, mm, in order around it.
+    pub fn outline(&self) -> Option<&[DVec3]> {
+        self.border.as_ref().map(|border| border.points())
+    }
+
     /// Nodes of the exit face along x and y.
     pub fn nodes(&self) -> (usize, usize) {
         (self.nx, self.ny)
@@ -307,6 +367,26 @@ impl Block {
     #[inline]
     pub fn covers(&self, at: DVec2) -> bool {
         self.border.as_ref().is_none_or(|border| border.covers(at))
+    }
+
+    /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no rectangle.
+    #[inline]
+    pub(crate) fn enters(&self, at: DVec2) -> bool {
+        match &self.entry_border {
+            Some(border) => border.covers(at),
+            None => self.covers(at),
+        }
+    }
+
+    /// Where the straight way from a point within the outline of an exit face that is no rectangle to one beyond crosses it, as a part of the
+    /// way.
+    pub(crate) fn leaves_at(&self, inside: DVec2, outside: DVec2) -> f64 {
+        let (mut near, mut far) = (0.0, 1.0);
+        for _ in 0..40 {
+            let middle = 0.5 * (near + far);
+            if self.covers(inside.lerp(outside, middle)) { near = middle } else { far = middle }
+        }
+        0.5 * (near + far)
     }
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
@@ -362,6 +442,18 @@ impl Block {
 fn places(n: usize, lo: f64, hi: f64) -> Vec<f64> {
     let place = |k: usize| k as f64 / (n - 1) as f64;
     (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
+}
+
+/// The curve around the entry face.
+fn around_entry(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Result<Arc<Border>, BlockError> {
+    let around = || BlockError::Grid { why: "the walls do not go once around the entry face".into() };
+    let bottoms = wall_tops(mesh, |v| !in_entry(v));
+    let points = (0..mesh.vertices.len()).filter(|&v| bottoms[v]).map(|v| mesh.vertices[v]).collect();
+    Ok(Arc::new(Border::new(points, Vec::new()).ok_or_else(around)?))
+}
+
+fn not_around() -> BlockError {
+    BlockError::Grid { why: "the walls do not go once around the exit face".into() }
 }
 
 /// The vertices of an exit face and their lines.
@@ -588,6 +680,15 @@ mod tests {
         assert_eq!(block.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
         assert!(Block::from_heights(size, -3.0, (5, 4), vec![0.0; 19]).is_err());
         assert!(Block::from_heights(size, -3.0, (3, 4), vec![0.0; 12]).is_err());
+        let around = |radius: f64| -> Vec<DVec3> {
+            (0..40).map(|k| (radius * DVec2::from_angle(f64::from(k))).extend(2.0)).collect()
+        };
+        let disc = block.clone().within(around(4.0)).unwrap();
+        assert!(!disc.is_rectangular() && disc.covers(DVec2::new(0.0, 3.9)) && !disc.covers(DVec2::new(4.1, 0.0)));
+        assert_eq!(disc.outline().unwrap().len(), 40);
+        // The four nodes within 4 mm, and the outline.
+        assert_eq!(disc.height_range_mm(), (2.0, 12.0));
+        assert!(block.clone().within(around(0.0)).is_err());
         let mut sunken = vec![0.0; 20];
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();

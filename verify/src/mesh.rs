@@ -1,6 +1,6 @@
 //! An indexed triangle mesh, as it was read from a file.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::cmp::Ordering;
 
 /// A triangle mesh in the frame of the block: millimetres, light along `+z`.
@@ -14,6 +14,26 @@ pub struct Mesh {
     pub triangles: Vec<[u32; 3]>,
     /// Normals of the corners, where the file has them.
     pub normals: Option<CornerNormals>,
+    /// The face towards the receiver, where the file has it as a surface that a curve cuts out.
+    pub trimmed: Option<Box<TrimmedFace>>,
+}
+
+/// A face that a file holds as one surface, known within its outline and beyond: the not-a-knot bicubic spline through heights on a
+/// rectangle, cut out by a closed curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrimmedFace {
+    /// Least x and y of the rectangle, mm.
+    pub lower_mm: DVec2,
+    /// Greatest x and y, mm.
+    pub upper_mm: DVec2,
+    /// Nodes along x and y, edge to edge.
+    pub nodes: (usize, usize),
+    /// Heights at the nodes, mm, row-major: rows along `+y`.
+    pub heights_mm: Vec<f64>,
+    /// Points of the curve, counter-clockwise, mm.
+    pub outline_mm: Vec<DVec3>,
+    /// The level plane around the face, mm, if there is one.
+    pub rim_z_mm: Option<f64>,
 }
 
 /// Normals of the corners of every triangle: a vertex on an edge of the block has one for each face.
@@ -43,6 +63,13 @@ impl Mesh {
     pub fn moved(mut self, by: DVec3) -> Self {
         if by != DVec3::ZERO {
             self.vertices.iter_mut().for_each(|v| *v += by);
+            if let Some(face) = &mut self.trimmed {
+                face.lower_mm += by.truncate();
+                face.upper_mm += by.truncate();
+                face.heights_mm.iter_mut().for_each(|z| *z += by.z);
+                face.outline_mm.iter_mut().for_each(|v| *v += by);
+                face.rim_z_mm = face.rim_z_mm.map(|z| z + by.z);
+            }
         }
         self
     }
@@ -239,7 +266,7 @@ mod tests {
         for shift in [DVec3::ZERO, DVec3::new(300.0, -200.0, 500.0)] {
             let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z].map(|v| v + shift).to_vec();
             let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
-            let mesh = Mesh { vertices, triangles, normals: None };
+            let mesh = Mesh { vertices, triangles, ..Mesh::default() };
             assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-13);
         }
     }

@@ -19,6 +19,9 @@ const ROUNDS: usize = 2;
 /// Coefficients of a cubic in two variables.
 const TERMS: usize = 10;
 
+/// Rounding of coordinates in files, as a part of the size of a block.
+const SLACK: f64 = 1e-6;
+
 /// The closed curve of vertices around the exit face.
 #[derive(Clone, Debug)]
 pub(crate) struct Border {
@@ -26,6 +29,8 @@ pub(crate) struct Border {
     points: Vec<DVec3>,
     angles: Vec<f64>,
     centre: DVec2,
+    /// What is nearer to the curve than this lies within: straight sides run through nodes and rays, which rounding shall not decide upon.
+    slack_mm: f64,
     /// Which nodes of the grid the file has.
     pub(crate) known: Vec<bool>,
 }
@@ -44,7 +49,7 @@ pub(crate) fn wall_tops(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Vec<bool
 impl Border {
     /// Puts the points in order. None if they do not go once around their middle.
     pub(crate) fn new(mut points: Vec<DVec3>, known: Vec<bool>) -> Option<Self> {
-        if points.len() < 8 {
+        if points.len() < 3 {
             return None;
         }
         let empty = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -52,12 +57,18 @@ impl Border {
         let centre = 0.5 * (lo + hi);
         points.sort_by(|a, b| (a.truncate() - centre).to_angle().total_cmp(&(b.truncate() - centre).to_angle()));
         let angles: Vec<f64> = points.iter().map(|p| (p.truncate() - centre).to_angle()).collect();
-        let border = Self { points, angles, centre, known };
+        let slack_mm = SLACK * (hi - lo).max_element();
+        let border = Self { points, angles, centre, slack_mm, known };
         let turns = (0..border.points.len()).all(|k| {
             let (a, b) = border.segment(k);
             (a - centre).perp_dot(b - centre) > 0.0
         });
         turns.then_some(border)
+    }
+
+    /// The points in order, mm.
+    pub(crate) fn points(&self) -> &[DVec3] {
+        &self.points
     }
 
     /// Heights of the points, mm.
@@ -74,7 +85,7 @@ impl Border {
     pub(crate) fn covers(&self, at: DVec2) -> bool {
         let after = self.angles.partition_point(|&angle| angle <= (at - self.centre).to_angle());
         let (a, b) = self.segment((after + self.points.len() - 1) % self.points.len());
-        (b - a).perp_dot(at - a) >= 0.0
+        (b - a).perp_dot(at - a) >= -self.slack_mm * (b - a).length()
     }
 
     /// Gives heights to the nodes of the grid that the file has not, from those that it has and from the border.

@@ -86,16 +86,18 @@ fn light_moved(error: &FitError, design: &Design) -> f64 {
 /// Nodes for a control point, per side, from coarse to fine; beyond stands the net of all nodes.
 const RATIOS: [f64; 8] = [16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.5];
 
-/// The coarsest net of a few that is near enough; the interpolating one, which is the height field itself, if no other is.
+/// The coarsest net of a few that is near enough; the interpolating one, which is the height field itself, if no other is. Beyond the
+/// outline it is [level](HeightField::levelled).
 ///
 /// # Errors
 /// A tolerance out of range.
 pub fn choose_net(surface: &HeightField, tolerance: StepTolerance, design: &Design) -> Result<NetFit, StepError> {
     tolerance.check()?;
-    let nodes = surface.heights_mm();
+    let level = surface.levelled();
+    let nodes = level.heights_mm();
     let points = |n: usize, ratio: f64| (((n - 1) as f64 / ratio).ceil() as usize + 3).clamp(ControlNet::LEAST, n);
     let fit = |ratio: f64| {
-        let net = ControlNet::fitted(surface, (points(nodes.nx(), ratio), points(nodes.ny(), ratio)));
+        let net = ControlNet::fitted(&level, (points(nodes.nx(), ratio), points(nodes.ny(), ratio)));
         NetFit { error: net.error(surface), net }
     };
     // The error falls with the ratio: halve the range.
@@ -112,7 +114,7 @@ pub fn choose_net(surface: &HeightField, tolerance: StepTolerance, design: &Desi
         }
     }
     Ok(best.unwrap_or_else(|| {
-        let net = ControlNet::interpolating(surface);
+        let net = ControlNet::interpolating(&level);
         NetFit { error: net.error(surface), net }
     }))
 }

@@ -1,10 +1,16 @@
 //! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces with their loops.
 
-use crate::{solid::Solid, surface::ControlNet};
+use super::{piece::Piece, trace::Trace};
+use crate::{
+    grid::{Contour, Outline},
+    solid::Solid,
+    surface::ControlNet,
+};
 use glam::{DVec2, DVec3};
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// An edge between two vertices.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Edge {
     pub(super) from: usize,
     pub(super) to: usize,
@@ -12,11 +18,26 @@ pub(super) struct Edge {
 }
 
 /// The curve of an edge.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(super) enum Curve {
     Line,
     /// The border of the exit face: south, east, north, west from 0 to 3, along +x or +y.
     Border(usize),
+    /// Of an ellipse, in the plane of its two vertices.
+    Arc(Pipe),
+    /// Where the exit face meets a wall that is not a side of its rectangle, in the library's frame.
+    Trace(Trace),
+}
+
+/// An upright elliptic cylinder, or the ellipse that it is above, and the part of it that is meant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Pipe {
+    /// In the coordinates of the files.
+    pub(super) centre: DVec3,
+    pub(super) semi_axes: DVec2,
+    /// The angle at which a [`Piece::Arc`] begins, from `+x`, and by how much it turns.
+    begin: f64,
+    pub(super) turn: f64,
 }
 
 /// What a face lies in.
@@ -28,6 +49,19 @@ pub(super) enum Surface {
         at: DVec3,
         normal: DVec3,
     },
+    Pipe {
+        pipe: Pipe,
+        facing: Facing,
+    },
+}
+
+/// Where a wall faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Facing {
+    /// Away from the axis of the block.
+    Out,
+    /// Towards it.
+    In,
 }
 
 /// A face and its loops: edges, each with whether it is run through forwards; the outer loop first.
@@ -55,42 +89,58 @@ impl Shell {
     /// The shell of a block whose exit face is `net`, in the coordinates of its files.
     pub(super) fn new(solid: &Solid, net: &ControlNet) -> Self {
         let mut shell = Self::default();
-        let (right, top) = (net.points().0 - 1, net.points().1 - 1);
-        let half = 0.5 * net.extent().as_vec();
-        // Corners of the exit face, counter-clockwise from the least x and y.
-        let around = [(-half.x, -half.y), (half.x, -half.y), (half.x, half.y), (-half.x, half.y)];
-        let heights = [(0, 0), (right, 0), (right, top), (0, top)].map(|at| net.heights_mm()[at]);
-        let place = |at: DVec2, z: f64| at.extend(z) - solid.origin_mm();
-        let exit: Vec<usize> = (0..4).map(|k| shell.vertex(place(DVec2::from(around[k]), heights[k]))).collect();
-        for (k, (from, to)) in [(0, 1), (1, 2), (3, 2), (0, 3)].into_iter().enumerate() {
-            shell.edges.push(Edge { from: exit[from], to: exit[to], curve: Curve::Border(k) });
-        }
-        shell.face(Surface::Net, &[&exit]);
-        let outline = solid.shape().outline(net.extent());
-        let ring = |shell: &mut Self, z: f64, corners: &[DVec2]| -> Vec<usize> {
-            corners.iter().map(|&at| shell.vertex(place(at, z))).collect()
+        let contour = solid.contour().unwrap_or_else(|| Outline::Rectangle.within(net.extent()));
+        let around = Piece::around(&contour);
+        let exit = shell.exit(solid, net, &contour, &around);
+        let outer = match solid.curve() {
+            (curve, Some((along, reach))) => Piece::cut_off(&Piece::around(&curve), along, reach),
+            (curve, None) => Piece::around(&curve),
         };
-        let lower = ring(&mut shell, solid.entry_z_mm(), &outline);
+        let lower = shell.ring(solid, &outer, solid.entry_z_mm());
         let reversed: Vec<usize> = lower.iter().rev().copied().collect();
         shell.plane(DVec3::NEG_Z, &[&reversed]);
         match solid.rim_z_mm() {
-            None => shell.walls(&exit, &lower),
+            None => shell.walls(solid, &outer, &exit, &lower, Facing::Out),
             Some(rim_z) => {
-                let upper = ring(&mut shell, rim_z, &outline);
-                let inner = ring(&mut shell, rim_z, &around.map(DVec2::from));
+                let upper = shell.ring(solid, &outer, rim_z);
+                let inner = shell.ring(solid, &around, rim_z);
                 let hole: Vec<usize> = inner.iter().rev().copied().collect();
                 shell.plane(DVec3::Z, &[&upper, &hole]);
-                shell.walls(&upper, &lower);
+                shell.walls(solid, &outer, &upper, &lower, Facing::Out);
                 // Below the exit face its walls face outwards, above it inwards.
-                if rim_z < heights[0] {
-                    shell.walls(&exit, &inner);
+                if rim_z < shell.vertices[exit[0]].z + solid.origin_mm().z {
+                    shell.walls(solid, &around, &exit, &inner, Facing::Out);
                 } else {
-                    let turned = |ring: &[usize]| -> Vec<usize> { ring.iter().rev().copied().collect() };
-                    shell.walls(&turned(&inner), &turned(&exit));
+                    shell.walls(solid, &around, &inner, &exit, Facing::In);
                 }
             }
         }
         shell
+    }
+
+    /// The exit face and its vertices, at the beginnings of these pieces.
+    fn exit(&mut self, solid: &Solid, net: &ControlNet, contour: &Contour, around: &[Piece]) -> Vec<usize> {
+        let origin = solid.origin_mm();
+        let exit: Vec<usize> = if contour.is_rectangle() {
+            let (right, top) = (net.points().0 - 1, net.points().1 - 1);
+            // The border is exactly as high as the outermost control points.
+            let heights = [(0, 0), (right, 0), (right, top), (0, top)].map(|at| net.heights_mm()[at]);
+            let corners = around.iter().zip(heights);
+            corners.map(|(piece, z)| self.vertex(piece.at(0.0).extend(z) - origin)).collect()
+        } else {
+            let place = |piece: &Piece| piece.at(0.0).extend(net.sample(piece.at(0.0)).0);
+            around.iter().map(|piece| self.vertex(place(piece) - origin)).collect()
+        };
+        for (k, piece) in around.iter().enumerate() {
+            let (from, to) = (exit[k], exit[(k + 1) % exit.len()]);
+            self.edges.push(match (contour.is_rectangle(), k) {
+                (true, 2 | 3) => Edge { from: to, to: from, curve: Curve::Border(k) },
+                (true, _) => Edge { from, to, curve: Curve::Border(k) },
+                (false, _) => Edge { from, to, curve: Curve::Trace(Trace::new(net, contour, piece)) },
+            });
+        }
+        self.face(Surface::Net, &[&exit]);
+        exit
     }
 
     fn vertex(&mut self, at: DVec3) -> usize {
@@ -98,13 +148,36 @@ impl Shell {
         self.vertices.len() - 1
     }
 
-    /// Upright planes between two rings of as many vertices. The glass is to the left of those who walk along them.
-    fn walls(&mut self, upper: &[usize], lower: &[usize]) {
-        for k in 0..upper.len() {
-            let next = (k + 1) % upper.len();
-            let along = (self.vertices[upper[next]] - self.vertices[upper[k]]).truncate();
-            let outwards = -along.perp().normalize().extend(0.0);
-            self.plane(outwards, &[&[lower[k], lower[next], upper[next], upper[k]]]);
+    /// Vertices where these pieces begin, at the height `z` of the library's frame, and the curved edges between them.
+    fn ring(&mut self, solid: &Solid, pieces: &[Piece], z: f64) -> Vec<usize> {
+        let origin = solid.origin_mm();
+        let ring: Vec<usize> = pieces.iter().map(|piece| self.vertex(piece.at(0.0).extend(z) - origin)).collect();
+        for (k, piece) in pieces.iter().enumerate() {
+            if let Some(pipe) = Pipe::of(piece, z, origin) {
+                let (from, to) = (ring[k], ring[(k + 1) % ring.len()]);
+                self.edges.push(Edge { from, to, curve: Curve::Arc(pipe) });
+            }
+        }
+        ring
+    }
+
+    /// Upright walls between two rings whose vertices stand where these pieces begin.
+    fn walls(&mut self, solid: &Solid, pieces: &[Piece], upper: &[usize], lower: &[usize], facing: Facing) {
+        for (k, piece) in pieces.iter().enumerate() {
+            let next = (k + 1) % pieces.len();
+            // Counter-clockwise from outside the block's axis.
+            let mut around = [lower[k], lower[next], upper[next], upper[k]];
+            if facing == Facing::In {
+                around.reverse();
+            }
+            match Pipe::of(piece, solid.entry_z_mm(), solid.origin_mm()) {
+                Some(pipe) => self.face(Surface::Pipe { pipe, facing }, &[&around]),
+                None => {
+                    let along = (self.vertices[upper[next]] - self.vertices[upper[k]]).truncate();
+                    let outwards = -along.perp().normalize().extend(0.0);
+                    self.plane(if facing == Facing::Out { outwards } else { -outwards }, &[&around]);
+                }
+            }
         }
     }
 
@@ -124,7 +197,7 @@ impl Shell {
         self.faces.push(Face { surface, loops });
     }
 
-    /// The edge between two vertices, which a neighbour may have made already.
+    /// The edge between two vertices, which a ring or a neighbour may have made already; a line else.
     fn edge(&mut self, from: usize, to: usize) -> (usize, Sense) {
         let same = |edge: &Edge| (edge.from, edge.to) == (from, to);
         let turned = |edge: &Edge| (edge.from, edge.to) == (to, from);
@@ -139,6 +212,31 @@ impl Shell {
     }
 }
 
+impl Pipe {
+    /// The wall of a piece, centred at the height `z` of the library's frame; none of a straight one.
+    fn of(piece: &Piece, z: f64, origin: DVec3) -> Option<Self> {
+        match *piece {
+            Piece::Straight { .. } => None,
+            Piece::Arc { centre, semi_axes, begin, end } => {
+                Some(Self { centre: centre.extend(z) - origin, semi_axes, begin, turn: end - begin })
+            }
+        }
+    }
+
+    /// Greater semi-axis and its direction, and the other semi-axis.
+    pub(super) fn axes(&self) -> (f64, DVec3, f64) {
+        let DVec2 { x, y } = self.semi_axes;
+        if x >= y { (x, DVec3::X, y) } else { (y, DVec3::Y, x) }
+    }
+
+    /// The angle at which it begins, counted from the greater semi-axis, rad; it ends at 2 pi at most.
+    pub(super) fn begin(&self) -> f64 {
+        let from = if self.semi_axes.x >= self.semi_axes.y { 0.0 } else { FRAC_PI_2 };
+        // Arcs begin on an axis at the earliest, and rounding makes no turn of it.
+        if self.begin < from - 1e-9 { self.begin - from + TAU } else { (self.begin - from).max(0.0) }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -147,6 +245,51 @@ mod tests {
         solid::{Origin, Rim, Shape, Stock},
         surface::HeightField,
     };
+
+    /// The directed ends of an edge in a loop.
+    fn ends(shell: &Shell, (k, sense): (usize, Sense)) -> [usize; 2] {
+        let edge = &shell.edges[k];
+        if sense == Sense::Forwards { [edge.from, edge.to] } else { [edge.to, edge.from] }
+    }
+
+    fn examine(shell: &Shell) {
+        for k in 0..shell.edges.len() {
+            let uses: Vec<Sense> =
+                shell.faces.iter().flat_map(|f| f.loops.iter().flatten()).filter(|u| u.0 == k).map(|u| u.1).collect();
+            assert!(uses == [Sense::Forwards, Sense::Backwards] || uses == [Sense::Backwards, Sense::Forwards]);
+        }
+        // Euler and Poincaré for genus 0: one ring more for every hole.
+        let holes: usize = shell.faces.iter().map(|f| f.loops.len() - 1).sum();
+        assert_eq!(shell.vertices.len() + shell.faces.len(), shell.edges.len() + 2 + holes);
+        for face in &shell.faces {
+            match face.surface {
+                Surface::Net => {}
+                // Every plane's loops lie in it, and turn around its normal.
+                Surface::Plane { at, normal } => {
+                    for (n, around) in face.loops.iter().enumerate() {
+                        let mut area = DVec3::ZERO;
+                        for [a, b] in around.iter().map(|&used| ends(shell, used)) {
+                            let (a, b) = (shell.vertices[a], shell.vertices[b]);
+                            assert!((a - at).dot(normal).abs() < 1e-12);
+                            area += 0.5 * (a - at).cross(b - at);
+                        }
+                        assert!(if n == 0 { area.dot(normal) > 1.0 } else { area.dot(normal) < -1.0 }, "{face:?}");
+                    }
+                }
+                Surface::Pipe { pipe, facing } => {
+                    let mut area = DVec3::ZERO;
+                    for [a, b] in face.loops[0].iter().map(|&used| ends(shell, used)) {
+                        let (a, b) = (shell.vertices[a] - pipe.centre, shell.vertices[b] - pipe.centre);
+                        assert!(((a.truncate() / pipe.semi_axes).length() - 1.0).abs() < 1e-12);
+                        area += 0.5 * a.cross(b);
+                    }
+                    let middle = DVec2::from_angle(pipe.begin + 0.5 * pipe.turn);
+                    let turn = area.dot(middle.extend(0.0));
+                    assert!(if facing == Facing::Out { turn > 0.1 } else { turn < -0.1 }, "{face:?}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn every_edge_has_two_faces_that_run_along_it_in_opposite_directions() {
@@ -161,36 +304,31 @@ mod tests {
             let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
             let shell = Shell::new(&solid, &ControlNet::fitted(&surface, (6, 7)));
             assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{rim:?}");
-            for k in 0..edges {
-                let uses: Vec<Sense> = shell
-                    .faces
-                    .iter()
-                    .flat_map(|f| f.loops.iter().flatten())
-                    .filter(|u| u.0 == k)
-                    .map(|u| u.1)
-                    .collect();
-                assert!(uses == [Sense::Forwards, Sense::Backwards] || uses == [Sense::Backwards, Sense::Forwards]);
-            }
-            // Euler and Poincaré for genus 0: one ring more for every hole.
-            let holes: usize = shell.faces.iter().map(|f| f.loops.len() - 1).sum();
-            assert_eq!(shell.vertices.len() + faces, edges + 2 + holes);
-            // Every plane's loops lie in it, and turn around its normal.
-            for face in &shell.faces {
-                let Surface::Plane { at, normal } = face.surface else { continue };
-                let ends = |&(k, sense): &(usize, Sense)| {
-                    let edge = shell.edges[k];
-                    if sense == Sense::Forwards { [edge.from, edge.to] } else { [edge.to, edge.from] }
-                };
-                for (n, around) in face.loops.iter().enumerate() {
-                    let mut area = DVec3::ZERO;
-                    for [a, b] in around.iter().map(ends) {
-                        let (a, b) = (shell.vertices[a], shell.vertices[b]);
-                        assert!((a - at).dot(normal).abs() < 1e-12);
-                        area += 0.5 * (a - at).cross(b - at);
-                    }
-                    assert!(if n == 0 { area.dot(normal) > 1.0 } else { area.dot(normal) < -1.0 }, "{face:?}");
-                }
-            }
+            examine(&shell);
+        }
+    }
+
+    #[test]
+    fn walls_of_other_outlines_are_pieces_of_cylinders_and_planes() {
+        let extent = Extent::new(20.0, 30.0);
+        let heights = Field::from_fn(41, 61, |i, j| 0.01 * (0.1 * (i * i) as f64).sin() + 0.002 * j as f64);
+        let raised = Some(Rim { width_mm: 4.0, rise_mm: 0.5, mark_mm: None });
+        let flange = Some(Rim { width_mm: 4.0, rise_mm: -2.0, mark_mm: Some(2.0) });
+        for (outline, rim, faces, edges) in [
+            (Outline::Circle, None, 6, 12),
+            (Outline::Rounded { radius_mm: 4.0 }, None, 10, 24),
+            (Outline::Rounded { radius_mm: 10.0 }, None, 8, 18),
+            (Outline::Circle, raised, 11, 24),
+            (Outline::Circle, flange, 13, 30),
+            (Outline::Rounded { radius_mm: 4.0 }, raised, 19, 48),
+            (Outline::Rounded { radius_mm: 4.0 }, flange, 21, 54),
+        ] {
+            let surface = HeightField::outlined(extent, outline, heights.clone());
+            let shape = Shape { origin: Origin::Corner, rim, ..Shape::default() };
+            let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
+            let shell = Shell::new(&solid, &ControlNet::interpolating(&surface));
+            assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{outline:?} {rim:?}");
+            examine(&shell);
         }
     }
 }

@@ -108,15 +108,12 @@ impl<'a> Study<'a> {
     /// each comparison; image mode looks at the scene's window.
     ///
     /// # Errors
-    /// A turned block, one that is no rectangle, or a bench that cannot be.
+    /// A turned block, or a bench that cannot be.
     pub fn new(mesh: &'a Mesh, block: &'a Block, scene: &Scene) -> Result<Self, SceneError> {
         if scene.turned != DVec3::ZERO {
             return Err(SceneError::Needs(
                 "renderers are shown blocks that are not turned: turn the light and the receiver",
             ));
-        }
-        if !block.is_rectangular() {
-            return Err(SceneError::Needs("renderers are shown rectangular blocks: this one's border is off its grid"));
         }
         let scene = Scene { geometry: Geometry::Displaced, ..scene.clone() };
         Tracer::for_block(block, &scene)?;

@@ -14,13 +14,19 @@ pub(super) struct ShadedMesh {
 
 impl ShadedMesh {
     /// The triangles of `mesh`, in which `block` was recognised: nodes of the exit face have the normals that the verifier
-    /// interpolates, everything else is flat.
+    /// interpolates, everything else is flat. Of a face that is no rectangle, the vertices on its outline have the spline's.
     pub(super) fn new(mesh: &Mesh, block: &Block) -> Self {
         let (lower, size) = (block.lower, block.size_mm());
         let of_nodes = node_normals(block);
         let cell = size / DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64);
+        let outlined = block.outline().map(|_| block.spline());
         // Half a cell, seen from above: walls have no plan, and a rim has another place.
         let of_exit_face = |[a, b, c]: [DVec3; 3]| {
+            if outlined.is_some() {
+                // Less of one between the last nodes and the outline.
+                let faces_up = (b - a).truncate().perp_dot((c - a).truncate()) > 0.0;
+                return faces_up && block.covers((a + b + c).truncate() / 3.0);
+            }
             let at_home = |p: DVec3| {
                 let from = p.truncate() - lower;
                 (from + 0.25 * cell).min_element() >= 0.0 && (from - size).cmple(0.25 * cell).all()
@@ -28,10 +34,14 @@ impl ShadedMesh {
             let plan = (b - a).truncate().perp_dot((c - a).truncate());
             plan > 0.5 * cell.x * cell.y && at_home(a) && at_home(b) && at_home(c)
         };
-        let node = |v: DVec3| {
+        let normal = |v: DVec3| {
+            if let Some(spline) = &outlined {
+                let jet = spline.jet(v.x, v.y);
+                return DVec3::new(-jet.zx, -jet.zy, 1.0).normalize();
+            }
             let i = ((v.x - lower.x) / size.x * (block.nx - 1) as f64).round() as usize;
             let j = ((v.y - lower.y) / size.y * (block.ny - 1) as f64).round() as usize;
-            j * block.nx + i
+            of_nodes[j * block.nx + i]
         };
         let mut shared = vec![u32::MAX; mesh.vertices.len()];
         let mut made = Self { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };
@@ -46,7 +56,7 @@ impl ShadedMesh {
                 } else {
                     let place = &mut shared[v as usize];
                     if *place == u32::MAX {
-                        *place = made.push(corner, of_nodes[node(corner)]);
+                        *place = made.push(corner, normal(corner));
                     }
                     *place
                 };
@@ -78,7 +88,7 @@ mod tests {
             triangles.extend([[a, b, c], [a, c, d]]);
         }
         let of_exit = triangles.len();
-        let mut mesh = Mesh { vertices, triangles, normals: None };
+        let mut mesh = Mesh { vertices, triangles, ..Mesh::default() };
         // A piece of a rim beside the face and a wall down to it, all above the entry face.
         let edge = mesh.vertices.len() as u32;
         let v = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);

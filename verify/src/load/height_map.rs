@@ -1,9 +1,9 @@
 //! Height maps: a picture whose pixels are nodes, with its numbers beside it as text.
 
-use super::LoadError;
+use super::{LoadError, outlined};
 use crate::{mesh::Mesh, picture::read_exr_layer};
 use exr::prelude::AttributeValue;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::{collections::HashMap, io::Cursor};
 
 fn malformed(reason: impl Into<String>) -> LoadError {
@@ -77,6 +77,18 @@ impl<'a> Notes<'a> {
         })
     }
 
+    /// Semi-axes of the corners, mm, if they are not sharp.
+    fn corners(&self) -> Result<Option<DVec2>, LoadError> {
+        if !self.text.contains_key("CornerRadiusXMm") {
+            return Ok(None);
+        }
+        let radius = DVec2::new(self.number("CornerRadiusXMm")?, self.number("CornerRadiusYMm")?);
+        if radius.min_element() <= 0.0 {
+            return Err(malformed(format!("its corners have radii of {} x {} mm", radius.x, radius.y)));
+        }
+        Ok(Some(radius))
+    }
+
     /// The block under heights in the order of pictures, left at `-x`.
     fn mesh(&self, heights: Vec<f64>) -> Result<Mesh, LoadError> {
         let (nx, ny) = (self.nx, self.ny);
@@ -88,6 +100,16 @@ impl<'a> Notes<'a> {
         let lowest = heights.iter().copied().fold(f64::INFINITY, f64::min);
         if pitch_x <= 0.0 || pitch_y <= 0.0 || lowest <= entry_z {
             return Err(malformed("its pitch is not positive, or its lowest place is below the entry face"));
+        }
+        if let Some(radius) = self.corners()? {
+            let half = 0.5 * DVec2::new((nx - 1) as f64 * pitch_x, (ny - 1) as f64 * pitch_y);
+            if radius.cmpgt(half * (1.0 + 1e-9)).any() {
+                return Err(malformed(format!("corners of {} x {} mm do not fit its face", radius.x, radius.y)));
+            }
+            let curve = outlined::Curve { half, radius: radius.min(half) };
+            let upwards: Vec<f64> = heights.chunks(nx).rev().flatten().copied().collect();
+            let mesh = outlined::block(&upwards, (nx, ny), curve, entry_z);
+            return mesh.ok_or_else(|| malformed("it has too few pixels within its outline"));
         }
         let place = |k: usize, n: usize, pitch: f64| (k as f64 - 0.5 * (n - 1) as f64) * pitch;
         // Row 0 is the top; in the mesh rows go along +y.
@@ -122,7 +144,7 @@ impl<'a> Notes<'a> {
             let (a, b, c, d) = (below[k], below[next], border[next], border[k]);
             triangles.extend([[a, b, c], [a, c, d], [centre, b, a]]);
         }
-        Ok(Mesh { vertices, triangles, normals: None })
+        Ok(Mesh { vertices, triangles, ..Mesh::default() })
     }
 }
 

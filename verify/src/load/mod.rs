@@ -5,6 +5,7 @@
 mod glb;
 mod height_map;
 mod obj;
+mod outlined;
 mod ply;
 mod step;
 mod stl;
@@ -258,6 +259,6 @@ impl Assembler {
         let normals = complete.then_some(CornerNormals { directions, corners: self.normal_corners });
         let (vertices, renumbered) = self.welder.finish();
         renumbered.apply(&mut self.triangles);
-        Ok(Mesh { vertices, triangles: self.triangles, normals })
+        Ok(Mesh { vertices, triangles: self.triangles, normals, trimmed: None })
     }
 }

@@ -126,7 +126,12 @@ impl BlockTracer {
         let (origin, direction, transmittance) = match self.optics {
             Optics::Refracts { .. } => {
                 let entered = start.extend(self.block.entry_z);
-                if !self.even && !lit::within(start, self.block.entry_face_mm()) {
+                let beside = if self.block.is_rectangular() {
+                    !self.even && !lit::within(start, self.block.entry_face_mm())
+                } else {
+                    !self.block.enters(start)
+                };
+                if beside {
                     return Path::ended(End::Beside, 1.0);
                 }
                 let Some((inside, transmittance)) = self.illumination.enter(self.rays, entered) else {
@@ -189,6 +194,10 @@ impl BlockTracer {
             return on_spline(spline, ray, 0.0).ok_or(End::Lost);
         }
         let Some(hit) = self.first_crossing(ray) else { return Err(self.miss(ray)) };
+        if !self.block.covers(ray.at(hit.crossing.t).truncate()) {
+            // By the wall of a block that is no rectangle, beyond which its grid goes on.
+            return Err(if self.is_below(ray.origin.truncate()) { End::Side } else { End::Beside });
+        }
         match &self.face {
             Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
             Face::Smooth(_) | Face::Facets => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
@@ -227,6 +236,12 @@ impl BlockTracer {
     fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
         let Some(top) = self.block.rim_z_mm().filter(|&z| z > point.z) else { return false };
         let passes = (point + direction * ((top - point.z) / direction.z)).truncate();
+        if !self.block.is_rectangular() {
+            // The outline is convex around its middle.
+            let middle = 0.5 * (self.block.lower + self.block.upper);
+            let from_middle = passes - middle;
+            return !self.block.covers(passes - from_middle.clamp_length_max(GRAZE_MM));
+        }
         !(passes.cmpge(self.block.lower - GRAZE_MM).all() && passes.cmple(self.block.upper + GRAZE_MM).all())
     }
 
@@ -236,7 +251,8 @@ impl BlockTracer {
             return false;
         }
         let ray = SearchRay::new(point, direction);
-        self.search(&ray, |crossing| !crossing.outwards && crossing.t > 1e-6).is_some()
+        let again = self.search(&ray, |crossing| !crossing.outwards && crossing.t > 1e-6);
+        again.is_some_and(|hit| self.block.covers(ray.at(hit.crossing.t).truncate()))
     }
 
     /// Whether a ray runs so much along the axis that it crosses the face once at most.

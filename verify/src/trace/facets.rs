@@ -207,7 +207,7 @@ mod tests {
         let facing_down = |t: &[[u32; 3]]| Mesh {
             vertices: vertices.clone(),
             triangles: t.iter().map(|&[a, b, c]| [a, c, b]).collect(),
-            normals: None,
+            ..Mesh::default()
         };
         let of = |mesh: &Mesh| rectangle(mesh, &(0..mesh.triangles.len() as u32).collect::<Vec<_>>());
         let whole = Some([v(0.0, 0.0), v(0.0, 2.0), v(4.0, 2.0)]);

@@ -82,7 +82,7 @@ mod tests {
             &[4, 8, 9, 7],
         ];
         let fan = |p: &&[u32]| (1..p.len() - 1).map(|k| [p[0], p[k], p[k + 1]]).collect::<Vec<_>>();
-        Mesh { vertices, triangles: polygons.iter().flat_map(fan).collect(), normals: None }
+        Mesh { vertices, triangles: polygons.iter().flat_map(fan).collect(), ..Mesh::default() }
     }
 
     #[test]

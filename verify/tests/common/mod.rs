@@ -45,7 +45,7 @@ pub(crate) fn block(nx: usize, ny: usize, size: DVec2, entry_z: f64, height: imp
         let (a, b, c, d) = (border[k as usize], border[next as usize], below + next, below + k);
         triangles.extend([[a, d, c], [a, c, b], [centre, c, d]]);
     }
-    Mesh { vertices, triangles, normals: None }
+    Mesh { vertices, triangles, ..Mesh::default() }
 }
 
 /// Binary STL in single precision.

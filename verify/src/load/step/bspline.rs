@@ -3,6 +3,9 @@
 /// Greatest degree that is followed.
 pub(super) const GREATEST_DEGREE: usize = 9;
 
+/// Equidistant samples of a curve for a knot, at most.
+const FEW: usize = 4;
+
 /// Knots of a B-spline along one parameter.
 #[derive(Clone, Debug)]
 pub(super) struct Knots {
@@ -40,6 +43,21 @@ impl Knots {
         let not_a_knot = places.iter().all(|place| place.round() != 1.0 && place.round() != cells - 1.0);
         let cells = if regular && not_a_knot && cells >= 3.0 { cells } else { 2.0 * cells.max(2.0) };
         cells as usize + 1
+    }
+
+    /// Parameters that show a curve: the equidistant ones of [`samples`](Self::samples) if they are few, and else the ends, the middle and
+    /// nothing more of every span.
+    pub(super) fn places(&self) -> Vec<f64> {
+        let inner = &self.all[self.degree..self.all.len() - self.degree];
+        let n = self.samples();
+        if n <= FEW * inner.len() {
+            return (0..n).map(|k| self.parameter(k, n)).collect();
+        }
+        let mut places = vec![inner[0]];
+        for pair in inner.windows(2).filter(|pair| pair[0] < pair[1]) {
+            places.extend([0.5 * (pair[0] + pair[1]), pair[1]]);
+        }
+        places
     }
 
     /// The place of sample `k` of `n`.

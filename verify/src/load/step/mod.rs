@@ -1,18 +1,22 @@
-//! STEP (ISO 10303-21): one solid of B-spline faces and planes, cut into triangles.
+//! STEP (ISO 10303-21): one solid of B-spline faces, planes and upright walls, cut into triangles.
 //!
 //! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid is. A B-spline face is
-//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself.
+//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself; of one that its edges
+//! trim, the samples beyond them are kept beside the mesh.
 
 mod bspline;
+mod conic;
+mod net;
 mod part21;
 mod plane;
+mod trimmed;
 
 use super::{Allowance, LoadError};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, TrimmedFace};
 use bspline::{GREATEST_DEGREE, Knots};
+use conic::Conic;
 use glam::DVec3;
 use part21::{Entities, Value};
-use rayon::prelude::*;
 use std::collections::HashMap;
 
 fn malformed(reason: impl Into<String>) -> LoadError {
@@ -21,6 +25,9 @@ fn malformed(reason: impl Into<String>) -> LoadError {
 
 /// An edge may miss its vertices and its face by this, mm.
 const GAP_MM: f64 = 1e-5;
+/// How near the chords between samples of a curve are to it, seen from above, mm, and the most of them to a span.
+const SAGITTA_MM: f64 = 1e-5;
+const MOST_PIECES: f64 = 256.0;
 /// Most samples of a face.
 const MOST_SAMPLES: usize = 1 << 26;
 
@@ -36,6 +43,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         triangles: Vec::new(),
         corners: HashMap::new(),
         edges: HashMap::new(),
+        trimmed: Vec::new(),
+        levels: Vec::new(),
     };
     let [brep] = part.entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
         return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
@@ -48,7 +57,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     if part.triangles.is_empty() {
         return Err(LoadError::Empty);
     }
-    Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None })
+    let rim_z_mm = if let [z] = part.levels[..] { Some(z) } else { None };
+    let trimmed = match part.trimmed.pop() {
+        Some(face) if part.trimmed.is_empty() => Some(Box::new(TrimmedFace { rim_z_mm, ..face })),
+        _ => None,
+    };
+    Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None, trimmed })
 }
 
 /// Millimetres in the unit of length of the file.
@@ -96,6 +110,10 @@ struct Part<'a> {
     /// Vertex of every VERTEX_POINT, vertices along every EDGE_CURVE.
     corners: HashMap<u64, u32>,
     edges: HashMap<u64, Vec<u32>>,
+    /// B-spline faces towards the receiver that their edges trim.
+    trimmed: Vec<TrimmedFace>,
+    /// Level planes that face the receiver, mm.
+    levels: Vec<f64>,
 }
 
 impl Part<'_> {
@@ -134,8 +152,11 @@ impl Part<'_> {
         }
         let values = self.entities.expect(number, "EDGE_CURVE")?;
         let (from, to) = (self.corner(reference(&values, 1, number)?)?, self.corner(reference(&values, 2, number)?)?);
-        let mut inner = self.curve(reference(&values, 3, number)?)?;
-        if !truth(&values, 4, number)? {
+        let forwards = truth(&values, 4, number)?;
+        let (begin, end) = if forwards { (from, to) } else { (to, from) };
+        let ends = [begin, end].map(|v| self.vertices[v as usize]);
+        let mut inner = self.curve(reference(&values, 3, number)?, ends)?;
+        if !forwards {
             inner.reverse();
         }
         if let [first, .., last] = inner[..] {
@@ -153,8 +174,8 @@ impl Part<'_> {
         Ok(along)
     }
 
-    /// Samples of a curve from end to end; none of a line.
-    fn curve(&mut self, number: u64) -> Result<Vec<DVec3>, LoadError> {
+    /// Samples of a curve from end to end, which vertices cut out of a circle; none of a line.
+    fn curve(&mut self, number: u64, ends: [DVec3; 2]) -> Result<Vec<DVec3>, LoadError> {
         let (kind, values) = self.entities.get(number)?;
         match kind {
             "LINE" => Ok(Vec::new()),
@@ -163,7 +184,7 @@ impl Part<'_> {
                 let inner = reference(&values, 1, number)?;
                 match self.entities.get(inner)?.0 {
                     "SURFACE_CURVE" | "SEAM_CURVE" => Err(odd(number)),
-                    _ => self.curve(inner),
+                    _ => self.curve(inner, ends),
                 }
             }
             "B_SPLINE_CURVE_WITH_KNOTS" => {
@@ -171,14 +192,29 @@ impl Part<'_> {
                 let points = references(&values, 2, number)?;
                 let knots = knots(degree, &values, (6, 7), points.len(), number)?;
                 let points: Vec<DVec3> = points.into_iter().map(|p| self.point(p)).collect::<Result<_, _>>()?;
-                let n = knots.samples();
-                self.allowance.take(n, "STEP")?;
-                Ok((0..n)
-                    .map(|k| {
-                        let (first, weights) = knots.weights(knots.parameter(k, n));
-                        (0..=degree).map(|l| weights[l] * points[first + l]).sum()
-                    })
-                    .collect())
+                let at = |place: f64| -> DVec3 {
+                    let (first, weights) = knots.weights(place);
+                    (0..=degree).map(|l| weights[l] * points[first + l]).sum()
+                };
+                let places = knots.places();
+                self.allowance.take(places.len(), "STEP")?;
+                let mut samples = vec![at(places[0])];
+                for pair in places.windows(2) {
+                    let (begin, end) = (samples[samples.len() - 1], at(pair[1]));
+                    // Seen from above, chords stay near the curve; a side of a rectangle is one.
+                    let middle = at(0.5 * (pair[0] + pair[1]));
+                    let sagitta = (middle - 0.5 * (begin + end)).truncate().length();
+                    let pieces = (sagitta / SAGITTA_MM).sqrt().ceil().clamp(1.0, MOST_PIECES);
+                    self.allowance.take(pieces as usize - 1, "STEP")?;
+                    let between = (1..pieces as usize).map(|k| at(pair[0] + (pair[1] - pair[0]) * k as f64 / pieces));
+                    samples.extend(between.chain([end]));
+                }
+                Ok(samples)
+            }
+            "CIRCLE" | "ELLIPSE" => {
+                let conic = self.conic(kind, &values, number)?;
+                self.allowance.take(Conic::MOST, "STEP")?;
+                Ok(conic.samples(ends[0], ends[1]))
             }
             other => Err(malformed(format!("#{number} is a curve of a kind that is not understood: {other}"))),
         }
@@ -204,6 +240,10 @@ impl Part<'_> {
                 [around] => self.net(&values, surface, around, same_sense),
                 _ => Err(malformed(format!("the B-spline face #{number} has not exactly one loop"))),
             },
+            "CYLINDRICAL_SURFACE" | "SURFACE_OF_LINEAR_EXTRUSION" => {
+                let conic = self.wall(kind, &values, surface)?;
+                self.unroll(&conic, &loops, number)
+            }
             other => Err(malformed(format!("#{surface} is a surface of a kind that is not understood: {other}"))),
         }
     }
@@ -236,103 +276,16 @@ impl Part<'_> {
     fn plane(&mut self, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
         let triangles = plane::triangles(&self.vertices, loops)
             .ok_or_else(|| malformed(format!("the loops of face #{number} bound no plane area")))?;
+        let heights = || loops.iter().flatten().map(|&v| self.vertices[v as usize].z);
+        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+        let faces_up = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| self.vertices[v as usize]);
+            (b - a).cross(c - a).z > 0.0
+        };
+        if high - low <= GAP_MM && triangles.first().is_some_and(faces_up) {
+            self.levels.push(low);
+        }
         self.triangles.extend(triangles);
-        Ok(())
-    }
-
-    fn net(&mut self, values: &[Value<'_>], number: u64, around: &[u32], same_sense: bool) -> Result<(), LoadError> {
-        let (degree_u, degree_v) = (degree(values, 1, number)?, degree(values, 2, number)?);
-        let rows: Vec<Vec<u64>> = values
-            .get(3)
-            .and_then(Value::list)
-            .and_then(|rows| rows.iter().map(Value::references).collect())
-            .ok_or_else(|| odd(number))?;
-        let width = rows.first().map_or(0, Vec::len);
-        if rows.iter().any(|row| row.len() != width) {
-            return Err(malformed(format!("the rows of the net #{number} have different lengths")));
-        }
-        let u = knots(degree_u, values, (8, 10), rows.len(), number)?;
-        let v = knots(degree_v, values, (9, 11), width, number)?;
-        let points: Vec<Vec<DVec3>> = rows
-            .par_iter()
-            .map(|row| row.iter().map(|&p| self.point(p)).collect())
-            .collect::<Result<_, LoadError>>()?;
-        let (nu, nv) = (u.samples(), v.samples());
-        if nu.saturating_mul(nv) > MOST_SAMPLES {
-            return Err(malformed(format!("the face #{number} needs {nu} x {nv} samples, more than are taken")));
-        }
-        self.allowance.take(nu * nv, "STEP")?;
-        let samples: Vec<Vec<DVec3>> = (0..nu)
-            .into_par_iter()
-            .map(|k| {
-                let (first, weights) = u.weights(u.parameter(k, nu));
-                let mixed: Vec<DVec3> =
-                    (0..width).map(|j| (0..=u.degree()).map(|l| weights[l] * points[first + l][j]).sum()).collect();
-                (0..nv)
-                    .map(|m| {
-                        let (first, weights) = v.weights(v.parameter(m, nv));
-                        (0..=v.degree()).map(|l| weights[l] * mixed[first + l]).sum()
-                    })
-                    .collect()
-            })
-            .collect();
-        let mut vertex = vec![u32::MAX; nu * nv];
-        // The border in the order of the loop, which has it anticlockwise around the outward normal.
-        let mut border: Vec<usize> = (0..nu - 1).map(|k| k * nv).collect();
-        border.extend((0..nv - 1).map(|m| (nu - 1) * nv + m));
-        border.extend((1..nu).rev().map(|k| k * nv + nv - 1));
-        border.extend((1..nv).rev());
-        if !same_sense {
-            border.reverse();
-        }
-        self.fit_border(&samples, nv, &border, around, &mut vertex, number)?;
-        for (k, column) in samples.iter().enumerate() {
-            for (m, &at) in column.iter().enumerate() {
-                if vertex[k * nv + m] == u32::MAX {
-                    vertex[k * nv + m] = self.vertex(at)?;
-                }
-            }
-        }
-        for k in 0..nu - 1 {
-            for m in 0..nv - 1 {
-                let [a, b, c, d] =
-                    [k * nv + m, (k + 1) * nv + m, (k + 1) * nv + m + 1, k * nv + m + 1].map(|n| vertex[n]);
-                let halves = if same_sense { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
-                self.triangles.extend(halves);
-            }
-        }
-        Ok(())
-    }
-
-    /// Gives the border samples of a face the vertices of its loop, and demands that they are at the same places.
-    fn fit_border(
-        &self,
-        samples: &[Vec<DVec3>],
-        nv: usize,
-        border: &[usize],
-        around: &[u32],
-        vertex: &mut [u32],
-        number: u64,
-    ) -> Result<(), LoadError> {
-        if border.len() != around.len() {
-            return Err(malformed(format!(
-                "the loop of the B-spline face #{number} is not its border: {} points for {}",
-                around.len(),
-                border.len()
-            )));
-        }
-        let sample = |k: usize| samples[border[k] / nv][border[k] % nv];
-        let place = |k: usize| self.vertices[around[k] as usize];
-        let n = around.len();
-        let start =
-            (0..n).min_by(|&a, &b| place(a).distance(sample(0)).total_cmp(&place(b).distance(sample(0)))).unwrap_or(0);
-        let gap = (0..n).map(|k| place((start + k) % n).distance(sample(k))).fold(0.0, f64::max);
-        if gap.is_nan() || gap > GAP_MM {
-            return Err(malformed(format!(
-                "the edges of the B-spline face #{number} lie up to {gap:.1e} mm beside it"
-            )));
-        }
-        (0..n).for_each(|k| vertex[border[k]] = around[(start + k) % n]);
         Ok(())
     }
 }

@@ -1,9 +1,10 @@
-//! Cutting plane faces into triangles.
+//! Cutting plane areas into triangles: constrained Delaunay triangulation, which uses every vertex of a border.
 
 use glam::{DVec2, DVec3};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-/// Triangles of a plane face that use every vertex of its loops, the outer one first and anticlockwise around the outward
-/// normal. `None` if it has no area.
+/// Triangles of a plane face between its loops, the outer one first and anticlockwise around the outward normal. `None` if it has no
+/// area, or loops that cross.
 pub(super) fn triangles(vertices: &[DVec3], loops: &[Vec<u32>]) -> Option<Vec<[u32; 3]>> {
     let outer = loops.first()?;
     let at = |v: u32| vertices[v as usize];
@@ -13,92 +14,53 @@ pub(super) fn triangles(vertices: &[DVec3], loops: &[Vec<u32>]) -> Option<Vec<[u
         (0..outer.len()).map(|k| (at(outer[k]) - origin).cross(at(outer[(k + 1) % outer.len()]) - origin)).sum();
     let normal = normal.try_normalize()?;
     let along = normal.any_orthonormal_vector();
-    // Upright planes are looked at with the horizon level, so that walls are monotone along it.
-    let along = if normal.z.abs() < 1e-9 { DVec3::Z.cross(normal).normalize() } else { along };
     let up = normal.cross(along);
     let flat = |v: u32| DVec2::new((at(v) - origin).dot(along), (at(v) - origin).dot(up));
-    if loops.len() == 1 {
-        let points: Vec<DVec2> = outer.iter().map(|&v| flat(v)).collect();
-        if let Some(cut) = monotone(&points) {
-            return Some(cut.into_iter().map(|t| t.map(|k| outer[k])).collect());
-        }
-    }
-    let all: Vec<u32> = loops.concat();
-    let points = all.iter().map(|&v| flat(v).to_array());
-    let mut holes: Vec<usize> = Vec::new();
-    loops[..loops.len() - 1].iter().fold(0, |start, around| {
-        holes.push(start + around.len());
-        start + around.len()
-    });
-    let mut cut: Vec<usize> = Vec::new();
-    earcut::Earcut::new().earcut(points, &holes, &mut cut);
-    let (triples, _) = cut.as_chunks::<3>();
-    Some(
-        triples
-            .iter()
-            .map(|&[a, b, c]| {
-                let [p, q, r] = [a, b, c].map(|k| flat(all[k]));
-                let [a, b, c] = [a, b, c].map(|k| all[k]);
-                if (q - p).perp_dot(r - p) > 0.0 { [a, b, c] } else { [a, c, b] }
-            })
-            .collect(),
-    )
+    between(loops, flat)
 }
 
-/// Cuts an anticlockwise polygon whose border goes once from its least to its greatest x and once back; `None` for another.
-/// Vertices on straight borders are used too, which general algorithms pass over.
-fn monotone(points: &[DVec2]) -> Option<Vec<[usize; 3]>> {
-    let n = points.len();
-    // A total order: along x, and on an upright border from below.
-    let order = |a: usize, b: usize| points[a].x.total_cmp(&points[b].x).then(points[a].y.total_cmp(&points[b].y));
-    let first = (0..n).min_by(|&a, &b| order(a, b))?;
-    let last = (0..n).max_by(|&a, &b| order(a, b))?;
-    let lower: Vec<usize> = chain(first, last, n, |k| (k + 1) % n);
-    let upper: Vec<usize> = chain(first, last, n, |k| (k + n - 1) % n);
-    let rises = |chain: &[usize]| chain.windows(2).all(|pair| order(pair[0], pair[1]).is_lt());
-    if !rises(&lower) || !rises(&upper) {
+/// Triangles between loops of vertices at these places, anticlockwise. `None` as of [`cut`].
+pub(super) fn between(loops: &[Vec<u32>], flat: impl Fn(u32) -> DVec2) -> Option<Vec<[u32; 3]>> {
+    let all: Vec<u32> = loops.concat();
+    let points: Vec<DVec2> = all.iter().map(|&v| flat(v)).collect();
+    let mut edges = Vec::with_capacity(all.len());
+    let mut start = 0;
+    for around in loops {
+        edges.extend((0..around.len()).map(|k| [start + k, start + (k + 1) % around.len()]));
+        start += around.len();
+    }
+    Some(cut(&points, edges)?.into_iter().map(|triangle| triangle.map(|k| all[k])).collect())
+}
+
+/// Triangles, anticlockwise, of the area that one comes into from outside through an odd number of these edges. `None` if there is none,
+/// if edges cross, or if points coincide.
+pub(super) fn cut(points: &[DVec2], edges: Vec<[usize; 2]>) -> Option<Vec<[usize; 3]>> {
+    let places = points.iter().map(|p| mitigate_underflow(Point2::new(p.x, p.y))).collect();
+    let mut crossings = 0;
+    let cut =
+        ConstrainedDelaunayTriangulation::<Point2<f64>>::try_bulk_load_cdt(places, edges, |_| crossings += 1).ok()?;
+    if crossings > 0 || cut.num_vertices() != points.len() {
         return None;
     }
-    let mut sorted: Vec<(usize, bool)> = lower[1..].iter().map(|&k| (k, false)).collect();
-    sorted.extend(upper[1..upper.len() - 1].iter().map(|&k| (k, true)));
-    sorted.sort_by(|a, b| order(a.0, b.0));
-    let area = |a: usize, b: usize, c: usize| (points[b] - points[a]).perp_dot(points[c] - points[a]);
-    let mut triangles = Vec::with_capacity(n - 2);
-    let mut stack: Vec<(usize, bool)> = vec![(first, sorted[0].1), sorted[0]];
-    for (index, &(k, above)) in sorted.iter().enumerate().skip(1) {
-        let ends = index + 1 == sorted.len();
-        let top = stack[stack.len() - 1];
-        if ends || top.1 != above {
-            // It sees the whole stack, which lies on the other side.
-            let other = if ends { top.1 } else { !above };
-            for pair in stack.windows(2) {
-                let (a, b) = (pair[0].0, pair[1].0);
-                triangles.push(if other { [k, b, a] } else { [a, b, k] });
-            }
-            stack = vec![top, (k, above)];
-        } else {
-            while let [.., (a, _), (b, _)] = stack[..] {
-                let turn = if above { area(k, b, a) } else { area(a, b, k) };
-                if turn <= 0.0 {
-                    break;
-                }
-                triangles.push(if above { [k, b, a] } else { [a, b, k] });
-                stack.pop();
-            }
-            stack.push((k, above));
+    // From face to face, beginning beyond the hull.
+    let outside = cut.outer_face().fix();
+    let mut within: Vec<Option<bool>> = vec![None; cut.num_all_faces()];
+    within[outside.index()] = Some(false);
+    let mut next: Vec<_> = cut.convex_hull().map(|edge| (edge.rev().face().fix(), edge.is_constraint_edge())).collect();
+    let mut triangles = Vec::new();
+    while let Some((face, is_within)) = next.pop() {
+        if within[face.index()].is_some() {
+            continue;
         }
+        within[face.index()] = Some(is_within);
+        let Some(face) = cut.face(face).as_inner() else { continue };
+        if is_within {
+            triangles.push(face.vertices().map(|vertex| vertex.fix().index()));
+        }
+        let neighbours = face.adjacent_edges();
+        next.extend(neighbours.map(|edge| (edge.rev().face().fix(), is_within != edge.is_constraint_edge())));
     }
-    Some(triangles)
-}
-
-fn chain(first: usize, last: usize, n: usize, step: impl Fn(usize) -> usize) -> Vec<usize> {
-    let mut chain = vec![first];
-    let mut at = first;
-    while at != last && chain.len() <= n {
-        at = step(at);
-        chain.push(at);
-    }
-    chain
+    (!triangles.is_empty()).then_some(triangles)
 }
 
 #[cfg(test)]
@@ -133,6 +95,19 @@ mod tests {
             assert_eq!(count, n as usize + 1);
             assert!((area - wanted).abs() < 1e-12);
         }
+    }
+
+    #[test]
+    fn loops_that_cross_or_coincide_and_lines_are_refused() {
+        let at = |places: &[(f64, f64)]| places.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect::<Vec<_>>();
+        let bow = at(&[(0., 0.), (2., 2.), (2., 0.), (0., 3.)]);
+        assert!(triangles(&bow, &[vec![0, 1, 2, 3]]).is_none());
+        let twice = at(&[(0., 0.), (2., 0.), (2., 2.), (2., 2.)]);
+        assert!(triangles(&twice, &[vec![0, 1, 2, 3]]).is_none());
+        let line = at(&[(0., 0.), (1., 1.), (2., 2.)]);
+        assert!(triangles(&line, &[vec![0, 1, 2]]).is_none());
+        let far = at(&[(0., 0.), (1e300, 0.), (0., f64::NAN)]);
+        assert!(triangles(&far, &[vec![0, 1, 2]]).is_none());
     }
 
     #[test]

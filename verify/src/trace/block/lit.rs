@@ -197,7 +197,8 @@ impl BlockTracer {
         // Back from the face: out of the glass and into it again, or, before a mirror, into its back.
         let leaves = matches!(self.optics, Optics::Refracts { .. });
         let back = SearchRay::new(lit.point, -direction);
-        self.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM).is_some()
+        let before = self.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
+        before.is_some_and(|hit| self.block.covers(back.at(hit.crossing.t).truncate()))
     }
 
     /// Whether light comes to this point by a side wall of the solid, or past a rim that shades it.
@@ -210,7 +211,12 @@ impl BlockTracer {
         }
         let entered = entered.truncate();
         if !block.is_rectangular() {
-            return !block.covers(entered);
+            if block.covers(entered) {
+                return false;
+            }
+            // Through the rim: it must come in below its top.
+            let back = || point.z + block.leaves_at(point.truncate(), entered) * (lit.arrival.entered.z - point.z);
+            return !block.enters(entered) || block.rim_z_mm().is_none_or(|top| back() > top + WALL_MM);
         }
         if within(entered, (block.lower, block.upper)) {
             return false;
