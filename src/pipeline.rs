@@ -157,7 +157,7 @@ pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f6
     };
     // What holds a face that is this much larger holds everything.
     let (mut low, mut high) = (0.0, furthest);
-    if !(furthest.is_finite() && !holds(0.0)) {
+    if !furthest.is_finite() || holds(0.0) {
         return 0.0;
     }
     while high - low > OVERSHOOT_TOLERANCE_MM {

@@ -10,6 +10,7 @@ use glam::DVec2;
 use glasswarp::{
     bench::Bench,
     export::StepTolerance,
+    grid::Outline,
     light::Light,
     pipeline::{self, Block, DesignError},
     solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
@@ -190,6 +191,12 @@ impl Plan {
                 "--quality, --min-radius and --finish are options of the transport solver; the {} solver has none",
                 name_of(self.solver)
             )));
+        }
+        if finish.is_some_and(|finish| finish.polish.is_some()) && self.bench.outline() != Outline::Rectangle {
+            return Err(Failure::Usage(
+                "a face is designed for its polish on rectangular blocks only (--outline rectangle): next to a curved outline it would lose more light than it gains; 'glasswarp mill' tells what the polish takes from this block"
+                    .into(),
+            ));
         }
         Ok(match self.solver {
             SolverName::Transport => {

@@ -88,7 +88,7 @@ pub(super) fn close(
         }
         // What is cut is sharper than what shines; the loop makes up for the waves that are given up.
         let surface = match options.finish {
-            Some(polish) => polish.presharpened(&surface.continued()),
+            Some(polish) => polish.presharpened(&surface),
             None => surface,
         };
         let look = |surface: &HeightField| {
