@@ -135,9 +135,9 @@ impl Correction {
                 excess.as_mut_slice().iter_mut().zip(sharp.as_slice()).zip(self.later.iter().zip(&self.barred));
             places
                 .filter(|(_, (later, barred))| !**barred && stage + usize::from(**later) == which)
-                .for_each(|((excess, sharp), _)| *excess = share * sharp.clamp(-MOST_CHANGE, MOST_CHANGE));
+                .for_each(|((excess, sharp), _)| *excess = share * sharp);
         }
-        let factor = light::interpolate(&excess, self.per_cell, |d| (-d).exp());
+        let factor = light::interpolate(&excess, self.per_cell, |d| (-d.clamp(-MOST_CHANGE, MOST_CHANGE)).exp());
         let known = self.light.as_slice().par_iter().zip(factor.as_slice());
         light.as_mut_slice().par_iter_mut().zip(known).for_each(|(light, (known, factor))| *light = known * factor);
         light::normalise(light);
