@@ -56,6 +56,11 @@ fn violations(surface: &HeightField, bench: &Bench, radius_mm: f64) -> Field<boo
         [(b - a).perp_dot(c - a), (c - a).perp_dot(d - a)].iter().any(|area| area.is_nan() || *area < 0.0)
     };
     let outline = surface.contour();
+    // Light ends at the outline: what continues the face beyond it may fold.
+    let lit = |i: usize, j: usize| {
+        let corner = |di: usize, dj: usize| surface.extent().node(i + di, j + dj, 2 * nx - 1, 2 * ny - 1);
+        [(0, 0), (1, 0), (1, 1), (0, 1)].into_iter().all(|(di, dj)| outline.contains(corner(di, dj)))
+    };
     let mut mask = vec![false; nx * ny];
     mask.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
         for (i, broken) in row.iter_mut().enumerate() {
@@ -67,8 +72,8 @@ fn violations(surface: &HeightField, bench: &Bench, radius_mm: f64) -> Field<boo
             // The larger eigenvalue of the Hessian bounds every normal curvature.
             let bend = (0.5 * (xx + yy)).abs() + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
             let beams = |k: usize, n: usize| (2 * k).saturating_sub(1)..=(2 * k).min(2 * n - 3);
-            *broken =
-                bend * radius_mm > 1.0 || beams(j, ny).any(|beam_j| beams(i, nx).any(|beam_i| folded(beam_i, beam_j)));
+            *broken = bend * radius_mm > 1.0
+                || beams(j, ny).any(|beam_j| beams(i, nx).any(|beam_i| lit(beam_i, beam_j) && folded(beam_i, beam_j)));
         }
     });
     Field::from_vec(nx, ny, mask)
