@@ -210,7 +210,7 @@ fn write_files(
 ) -> Result<Vec<String>, Failure> {
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
-    let mut sets: BTreeMap<PathBuf, Vec<&Path>> = BTreeMap::new();
+    let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
     let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
     let height_map = wants_map.then(|| match cutter {
         Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
@@ -227,7 +227,10 @@ fn write_files(
         }
         _ => export::export(output, &block.solid, &design).map(|()| None).map_err(Failure::exporting),
     };
-    let notes: Vec<Option<String>> = outputs.par_iter().map(write).collect::<Result<_, _>>()?;
+    // A file is hashed while the next is written.
+    let written = |output| -> Result<_, Failure> { Ok((write(output)?, side_file::hash_of(output)?)) };
+    let written: Vec<(Option<String>, String)> = outputs.par_iter().map(written).collect::<Result<_, _>>()?;
+    let (notes, hashes): (Vec<_>, Vec<_>) = written.into_iter().unzip();
     let mut notes: Vec<String> = notes.into_iter().flatten().collect();
     if let Some((map, mask)) = height_map.as_ref().and_then(|map| Some((map, map.mask()?))) {
         let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
@@ -237,8 +240,8 @@ fn write_files(
             notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));
         }
     }
-    for output in outputs {
-        sets.entry(side_file::path_beside(output)).or_default().push(output);
+    for (output, hash) in outputs.iter().zip(hashes) {
+        sets.entry(side_file::path_beside(output)).or_default().push((output, hash));
     }
     let bench = BenchRecord::of(&plan.bench).with(&block.solid);
     for (path, outputs) in &sets {

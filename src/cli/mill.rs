@@ -366,7 +366,7 @@ fn write_block(
         solid: &solid,
         height_map: None,
         done: Some(&done),
-        outputs: &[output],
+        outputs: &[(output, side_file::hash_of(output)?)],
     };
     side_file::write(&side_file::path_beside(output), &record)
 }

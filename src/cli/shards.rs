@@ -77,7 +77,7 @@ pub(crate) fn trace(
     wanted: Option<&Image>,
 ) -> Result<Option<NoisyError>, Failure> {
     let tally = photons(tracer, plan).map_err(Failure::refused)?;
-    let hash = side_file::sha256(block).map_err(|source| Failure::reading(block, source))?;
+    let hash = side_file::hash_of(block)?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
     say!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
     print(&tally);

@@ -13,7 +13,6 @@ use glasswarp::{
     light::Light,
     solid::Solid,
 };
-use rayon::prelude::*;
 use serde::Deserialize;
 use sha2::{Digest, Sha256};
 use std::{
@@ -237,7 +236,7 @@ pub(crate) struct Record<'a> {
     /// What has been done to the block since it was designed.
     pub(crate) done: Option<&'a str>,
     /// Outputs that share this side file.
-    pub(crate) outputs: &'a [&'a Path],
+    pub(crate) outputs: &'a [(&'a Path, String)],
 }
 
 /// Writes the side file at `path`, with hashes of the picture and of every output.
@@ -249,7 +248,6 @@ pub(crate) fn write(path: &Path, record: &Record<'_>) -> Result<(), Failure> {
 fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     let Record { settings, bench, .. } = record;
     let beside = |file: &Path| quoted(&relative_to(file, path).to_string_lossy());
-    let hash = |file: &Path| sha256(file).map_err(|source| Failure::reading(file, source));
     let mut text = String::new();
     let mut line = |args: std::fmt::Arguments<'_>| {
         writeln!(text, "{args}").map_err(|e| Failure::Io { what: "formatting".into(), source: e.into() })
@@ -408,13 +406,12 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         line(format_args!("done = {}", quoted(done)))?;
     }
     line(format_args!("\n[picture]"))?;
-    line(format_args!("sha256 = \"{}\"", hash(record.picture)?))?;
+    line(format_args!("sha256 = \"{}\"", hash_of(record.picture)?))?;
     line(format_args!("\n[files] # sha256"))?;
-    let hashes: Vec<String> = record.outputs.par_iter().map(|output| hash(output)).collect::<Result<_, _>>()?;
-    for (output, hash) in record.outputs.iter().zip(hashes) {
+    for (output, hash) in record.outputs {
         line(format_args!("{} = \"{hash}\"", quoted(&file_name(output))))?;
     }
-    for output in record.outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok()) {
+    for (output, _) in record.outputs.iter().filter(|(output, _)| HeightMapFormat::from_path(output).is_ok()) {
         line(format_args!(
             "\n[height-maps.{}] # the numbers that stand in its metadata too",
             quoted(&file_name(output))
@@ -468,6 +465,11 @@ fn relative_to(file: &Path, from: &Path) -> PathBuf {
     }
     let up = folder.components().skip(shared).map(|_| std::path::Component::ParentDir);
     up.chain(file.components().skip(shared)).collect()
+}
+
+/// The same of a file that must be there.
+pub(crate) fn hash_of(path: &Path) -> Result<String, Failure> {
+    sha256(path).map_err(|source| Failure::reading(path, source))
 }
 
 /// The SHA-256 of a file's content, in hexadecimal.
