@@ -149,6 +149,7 @@ impl Film {
 
     /// An edge that leaves the film: its part beside the film counts as running along the `border`.
     #[cold]
+    #[inline(never)]
     fn bent(&mut self, low: DVec2, high: DVec2, border: f64, weight: f64) {
         let share = (border - low.x) / (high.x - low.x);
         let bend = DVec2::new(border, low.y + share * (high.y - low.y));
@@ -158,7 +159,7 @@ impl Film {
 
     /// Adds `weight` times the area to the right of the edge, counted negative where it runs along +y: `weight` is the density
     /// on its left less that on its right.
-    #[inline]
+    #[inline(always)]
     fn edge(&mut self, from: DVec2, to: DVec2, weight: f64) {
         if weight == 0.0 || from.y == to.y || !(from.is_finite() && to.is_finite()) {
             return;
@@ -167,11 +168,10 @@ impl Film {
         let (width, first) = (self.columns + 1, self.first_row as f64);
         let rows = self.flux.len() / width;
         let most = self.columns as f64;
-        for border in [0.0, most] {
-            if (low.x < border && high.x > border) || (low.x > border && high.x < border) {
-                self.bent(low, high, border, weight);
-                return;
-            }
+        let (left, right) = (low.x.min(high.x), low.x.max(high.x));
+        if (left < 0.0 && right > 0.0) || (left < most && right > most) {
+            self.bent(low, high, if left < 0.0 { 0.0 } else { most }, weight);
+            return;
         }
         let slant = (high.x - low.x) / (high.y - low.y);
         let begin = (low.y - first).max(0.0);

@@ -25,7 +25,7 @@ const STALLED: f64 = 0.94;
 /// A first light that folds no more than this share of itself shows that the picture needs no folds.
 const FEW_FOLDS: f64 = 1e-5;
 /// How far, as a share, the light goes back to the first one at a fold.
-const BACK: f64 = 0.5;
+const BACK: f64 = 0.7;
 /// The light of so many cells around a fold made it.
 const FOLD_REACH: usize = 1;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
@@ -73,7 +73,7 @@ impl Correction {
         Self { light, seen, error, unfolded, barred: vec![false; nx * ny], later, per_cell }
     }
 
-    /// Goes back a step towards the first light where beams are folded that need not be, or all of the way where that was not enough; those
+    /// Goes back most of the way to the first light where beams are folded that need not be, or all of the way where that was not enough; those
     /// places are not corrected any more. Whether there are any.
     pub(super) fn unfold(&mut self, caustic: &Caustic) -> bool {
         let Some(first) = self.unfolded.as_ref().filter(|_| !caustic.folds.is_empty()) else { return false };
