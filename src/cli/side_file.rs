@@ -467,7 +467,7 @@ fn relative_to(file: &Path, from: &Path) -> PathBuf {
     up.chain(file.components().skip(shared)).collect()
 }
 
-/// The same of a file that must be there.
+/// The [`sha256`] of a file; that it cannot be read is a failure.
 pub(crate) fn hash_of(path: &Path) -> Result<String, Failure> {
     sha256(path).map_err(|source| Failure::reading(path, source))
 }

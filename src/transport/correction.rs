@@ -19,8 +19,10 @@ const MOST_CHANGE: f64 = 0.5;
 pub(super) const STAGES: [(usize, f64); 4] = [(2, 1.0), (1, 1.0), (0, 1.0), (0, 0.5)];
 /// The first stage without van Cittert iterations.
 pub(super) const GENTLE: usize = 2;
+/// The gentlest stage.
+const LAST: u8 = STAGES.len() as u8 - 1;
 
-/// A place whose mean square error stays above this share of what it was goes on to the next stage.
+/// A place whose squared error stays above this share of what it was goes on to the next stage.
 const STALLED: f64 = 0.94;
 /// A first light that folds no more than this share of itself shows that the picture needs no folds.
 const FEW_FOLDS: f64 = 1e-5;
@@ -31,8 +33,6 @@ const FOLD_REACH: usize = 1;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
 /// lens's nodes can hold.
 const SQUEEZED: usize = 20;
-const LAST: u8 = STAGES.len() as u8 - 1;
-
 /// Places are squares of cells that reach so far around each.
 const REACH: usize = 4;
 
@@ -42,7 +42,7 @@ pub(super) struct Correction {
     /// The light that the equation was solved with, at the receiver's nodes, and what it gave, on cells.
     light: Field<f64>,
     seen: Field<f64>,
-    /// Mean square error around every cell.
+    /// Sum of squared errors around every cell.
     error: Field<f64>,
     /// The first light, if it folded hardly any beam: then none has to be folded.
     unfolded: Option<Field<f64>>,
@@ -54,8 +54,8 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// Begins with a first light and what it gave. The sharp corners of the window may map to a
-    /// smooth outline of the lens: there the map is squeezed without limit, and no round may be firm.
+    /// Begins with a first light and what it gave. The sharp corners of the window may map to a smooth outline of the lens: there the map is
+    /// squeezed without limit, and no round may be firm.
     pub(super) fn new(
         light: Field<f64>,
         caustic: &Caustic,
@@ -73,8 +73,8 @@ impl Correction {
         Self { light, seen, error, unfolded, barred: vec![false; nx * ny], later, per_cell }
     }
 
-    /// Goes back most of the way to the first light where beams are folded that need not be, or all of the way where that was not enough; those
-    /// places are not corrected any more. Whether there are any.
+    /// Goes back most of the way to the first light where beams are folded that need not be, or all of the way where that was not enough;
+    /// those places are not corrected any more. Returns whether there are any.
     pub(super) fn unfold(&mut self, caustic: &Caustic) -> bool {
         let Some(first) = self.unfolded.as_ref().filter(|_| !caustic.folds.is_empty()) else { return false };
         let (nx, ny) = (caustic.irradiance.nx(), caustic.irradiance.ny());
@@ -157,7 +157,7 @@ fn blend(light: &mut Field<f64>, other: &Field<f64>, share: &Field<f64>, per_cel
     });
 }
 
-/// Mean square of the difference around every cell.
+/// Sum of the squared differences around every cell.
 fn around(seen: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
     let (nx, ny) = (seen.nx(), seen.ny());
     let mut rows = vec![0.0; nx * ny];
@@ -192,4 +192,67 @@ fn sharpen(sharp: &mut Field<f64>, cells: &Field<f64>) {
         }
     });
     sharp.as_mut_slice().iter_mut().zip(cells.as_slice()).zip(&blurred).for_each(|((s, c), b)| *s += c - b);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::{Extent, Outline};
+
+    const CELLS: usize = 40;
+    const NODES: usize = 2 * CELLS + 1;
+
+    /// Light that gave twice of what was wanted within a place, and where beams were folded.
+    fn caustic(wrong: usize, folds: Vec<u32>) -> Caustic {
+        let near = |i: usize, j: usize| i.abs_diff(wrong) < 2 && j.abs_diff(wrong) < 2;
+        let irradiance = Field::from_fn(CELLS, CELLS, |i, j| if near(i, j) { 2.0 } else { 1.0 });
+        Caustic { irradiance, outside: 0.0, reflected: 0.0, folded: 0.0, folds }
+    }
+
+    fn started(outline: Outline) -> (Correction, Field<f64>) {
+        let wanted = Field::filled(CELLS, CELLS, 1.0);
+        let contour = outline.within(Extent::new(1.0, 1.0));
+        let light = Field::filled(NODES, NODES, 1.0);
+        (Correction::new(light, &caustic(10, Vec::new()), &wanted, (2, 2), &contour), wanted)
+    }
+
+    /// The light that is tried next, at the middle of a cell.
+    fn next(correction: &Correction, wanted: &Field<f64>, stage: usize, cell: usize) -> f64 {
+        let mut light = Field::filled(NODES, NODES, 0.0);
+        correction.next(wanted, 0.0, stage, &mut light);
+        light[(2 * cell + 1, 2 * cell + 1)]
+    }
+
+    #[test]
+    fn a_place_keeps_the_light_that_drew_it_best_and_is_corrected_more_gently() {
+        let (mut correction, wanted) = started(Outline::Rectangle);
+        assert!(next(&correction, &wanted, 0, 10) < 0.7, "less is asked for where there is too much");
+        // Other light is better there, and worse elsewhere.
+        correction.learn(&Field::filled(NODES, NODES, 3.0), &caustic(30, Vec::new()).irradiance, &wanted);
+        let at = |cell: usize| correction.light[(2 * cell + 1, 2 * cell + 1)];
+        assert_eq!((at(10), at(30)), (3.0, 1.0));
+        let later = |cell: usize| correction.later[cell * CELLS + cell];
+        assert_eq!((later(10), later(30)), (0, 1));
+    }
+
+    #[test]
+    fn folds_go_back_to_the_first_light_step_by_step_and_stay_there() {
+        let (mut correction, wanted) = started(Outline::Rectangle);
+        correction.learn(&Field::filled(NODES, NODES, 3.0), &Field::filled(CELLS, CELLS, 1.0), &wanted);
+        let folded = caustic(20, vec![(20 * CELLS + 20) as u32]);
+        assert!(!correction.unfold(&caustic(20, Vec::new())));
+        let at = |correction: &Correction| correction.light[(41, 41)];
+        assert!(correction.unfold(&folded) && (at(&correction) - 3.0_f64.powf(1.0 - BACK)).abs() < 1e-12);
+        assert!(correction.unfold(&folded) && at(&correction) == 1.0);
+        correction.learn(&Field::filled(NODES, NODES, 2.0), &Field::filled(CELLS, CELLS, 1.0), &wanted);
+        assert_eq!(at(&correction), 1.0);
+    }
+
+    #[test]
+    fn corners_that_a_smooth_outline_squeezes_are_corrected_gently_from_the_start() {
+        for (outline, gentle) in [(Outline::Rectangle, 0), (Outline::Circle, LAST)] {
+            let (correction, _) = started(outline);
+            assert_eq!((correction.later[0], correction.later[20 * CELLS + 20]), (gentle, 0), "{outline:?}");
+        }
+    }
 }

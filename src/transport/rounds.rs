@@ -133,8 +133,8 @@ pub(super) fn close(
         let Some(best) = best.as_ref() else { break };
         let more = round < rounds && stage < STAGES.len() && unfoldings == 0;
         if !more {
-            // Without a further correction, but that where it folded beams.
-            let worthwhile = unfoldings == 0 || unfolds && unfoldings < UNFOLDINGS;
+            // Without a further correction, but that where one folded beams.
+            let worthwhile = round > 0 && (unfoldings == 0 || unfolds && unfoldings < UNFOLDINGS);
             if !(worthwhile && correction.unfold(&best.seen)) {
                 break;
             }
