@@ -39,6 +39,9 @@ const DIRECTIONS: usize = 24;
 /// Most halvings of a step.
 const HALVINGS: usize = 8;
 
+/// Most change of the logarithm of the light that a residual stands for to first order.
+const MOST_ACCOUNTED: f64 = 0.5;
+
 /// An iteration with its memory, for one grid.
 #[derive(Debug)]
 pub(super) struct Newton {
@@ -104,6 +107,21 @@ impl Newton {
             termination = Termination::Converged;
         }
         Some(Outcome { termination, iterations })
+    }
+
+    /// Changes the light that was asked for to what the last iteration solved for, to first order in the residual that it left.
+    pub(super) fn account(&self, light: &mut Field<f64>) {
+        let nx = light.nx();
+        let known = self.residual.par_chunks(nx).zip(self.rows.par_chunks(nx));
+        light.as_mut_slice().par_chunks_mut(nx).zip(known).for_each(|(light, (residual, rows))| {
+            for ((light, residual), row) in light.iter_mut().zip(residual).zip(rows) {
+                let of_mu = row[6];
+                // Not where nothing was linearised since nothing was left.
+                if of_mu < 0.0 {
+                    *light *= f64::from(-residual / of_mu).clamp(-MOST_ACCOUNTED, MOST_ACCOUNTED).exp();
+                }
+            }
+        });
     }
 
     /// Solves the linearised equation for the variation; returns the change of mu and the number of products it took.

@@ -24,6 +24,8 @@ use std::time::Instant;
 
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
+/// A round is solved when its residual is no more than this share of the error that was seen: the next one is told what was solved.
+const RESIDUAL_SHARE: f64 = 0.15;
 /// Newton steps of a round; the start is close.
 const STEPS: usize = 12;
 
@@ -144,11 +146,14 @@ pub(super) fn close(
             state.clone_from(&best.state);
         }
         correction.next(&cells, options.floor(), if more { stage } else { STAGES.len() }, &mut light);
-        let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
+        // What takes folds back is small, and has to be met.
+        let rms = if more { RMS.max(RESIDUAL_SHARE * best.error) } else { RMS };
+        let criterion = Criterion { rms, steps: STEPS, forcing: FORCING };
         let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
             break;
         };
+        newton.account(&mut light);
         unconverged = outcome.termination != Termination::Converged;
         summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, began));
         if let Some(level) = summary.levels.last() {
