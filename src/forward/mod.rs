@@ -159,6 +159,7 @@ struct Corner {
 }
 
 /// Where the ray that leaves the block at `from` lands, mm; not finite if it is totally reflected.
+#[inline(always)]
 pub(crate) fn land(incoming: &Incoming, bench: &Bench, from: DVec3, slope: DVec2) -> DVec2 {
     match Interface::new(bench.exit_face(), incoming.direction).exitant(slope) {
         Some(exitant) if exitant.z > 0.0 => bench.receiver().landing(from, exitant),

@@ -26,6 +26,8 @@ pub(super) struct Film {
 /// Triangles of less area than this share of their longest edge's square, or of a cell, are put on one cell: the density of such a
 /// sliver is so large that rounding at its edges would be seen.
 const LEAST_AREA: f64 = 1e-7;
+/// Triangles of more cells than this are none, whatever their edges.
+const AMPLE_AREA: f64 = 1e-4;
 
 impl Film {
     /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`, and triangles `pieces` of others, whose
@@ -123,8 +125,8 @@ impl Film {
         *total += flux;
         let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
         let longest =
-            (b.at - a.at).length_squared().max((c.at - a.at).length_squared()).max((c.at - b.at).length_squared());
-        if area.abs() > LEAST_AREA * longest.max(1.0) {
+            || (b.at - a.at).length_squared().max((c.at - a.at).length_squared()).max((c.at - b.at).length_squared());
+        if area.abs() > AMPLE_AREA || area.abs() > LEAST_AREA * longest().max(1.0) {
             if area < 0.0 {
                 self.folded += flux;
                 let cell = ((a.at + b.at + c.at) / 3.0).floor().clamp(DVec2::ZERO, window).as_uvec2();
@@ -161,7 +163,8 @@ impl Film {
     /// on its left less that on its right.
     #[inline(always)]
     fn edge(&mut self, from: DVec2, to: DVec2, weight: f64) {
-        if weight == 0.0 || from.y == to.y || !(from.is_finite() && to.is_finite()) {
+        // Triangles with a corner that is not finite have no density: no edge with a weight has such an end.
+        if weight == 0.0 || from.y == to.y {
             return;
         }
         let (low, high, weight) = if from.y < to.y { (from, to, -weight) } else { (to, from, weight) };
@@ -169,6 +172,21 @@ impl Film {
         let rows = self.flux.len() / width;
         let most = self.columns as f64;
         let (left, right) = (low.x.min(high.x), low.x.max(high.x));
+        let (row, column) = ((low.y - first) as usize, left as usize);
+        if left >= 0.0
+            && right < (column + 1) as f64
+            && column < self.columns
+            && low.y >= first
+            && high.y - first <= (row + 1) as f64
+            && row < rows
+        {
+            // Most edges lie in one cell.
+            let (share, part) = (weight * (high.y - low.y), 0.5 * (left + right) - column as f64);
+            let cells = &mut self.flux[row * width + column..][..2];
+            cells[0] += share * (1.0 - part);
+            cells[1] += share * part;
+            return;
+        }
         if (left < 0.0 && right > 0.0) || (left < most && right > most) {
             self.bent(low, high, if left < 0.0 { 0.0 } else { most }, weight);
             return;

@@ -375,6 +375,15 @@ impl OpticalPath {
         constant / (half + half.signum() * root)
     }
 
+    /// The gradient with respect to `y` of the height of the oval over `x`, for an `x` that is near the point where the `ray` to `y`
+    /// leaves: that of `W(X) + |Y - X| - b(y) = 0`, with `grad W` taken at that point.
+    #[inline(always)]
+    pub(super) fn oval_gradient(&self, x: DVec2, y: DVec2, height_mm: f64, ray: &Ray) -> DVec2 {
+        let direction = (self.receiver.point(y) - x.extend(height_mm)).normalize();
+        let incident = self.direction(ray.arrived.tangential, ray.arrived.axial);
+        (self.along(direction) - ray.s) / (direction.z - incident.z)
+    }
+
     /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a
     /// mirror.
     #[inline(always)]
