@@ -47,8 +47,8 @@ pub struct Caustic {
     pub reflected: f64,
     /// Share of the flux in beams that are folded over, as between a crease and its image.
     pub folded: f64,
-    /// The cells that those beams land nearest to, as places in `irradiance`, ascending.
-    pub folds: Vec<u32>,
+    /// The rows and columns of those beams, ascending.
+    pub folds: Vec<(usize, usize)>,
 }
 
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
@@ -89,7 +89,7 @@ pub fn irradiance(
     };
     // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
     let rows_per_band = ny.div_ceil(BANDS);
-    let bands: Vec<Film> = (0..ny.div_ceil(rows_per_band))
+    let bands: Vec<(usize, Film)> = (0..ny.div_ceil(rows_per_band))
         .into_par_iter()
         .map(|band| {
             let (begin, end) = (band * rows_per_band, ((band + 1) * rows_per_band).min(ny));
@@ -100,7 +100,7 @@ pub fn irradiance(
                 lattice.row(j, &mut scratch, |i, height, slope| corners.push(corner(node(i, j), height, slope)));
             }
             if outline.is_rectangle() {
-                return Film::of_band(&corners, nx + 1, cells, |_, _| true, &[]);
+                return (begin, Film::of_band(&corners, nx + 1, cells, |_, _| true, &[]));
             }
             let inside = |i: usize, j: usize| outline.contains(node(i, j));
             let mut pieces = Vec::new();
@@ -109,11 +109,12 @@ pub fn irradiance(
                     let around = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
                     outline.cut(around.map(|(i, j)| node(i, j)), around.map(|(i, j)| inside(i, j)), |piece| {
                         let area = (piece[1] - piece[0]).perp_dot(piece[2] - piece[0]) / beam.element_product();
-                        pieces.push(piece.map(|at| {
+                        let corners = piece.map(|at| {
                             let sample = spline.sample(at);
                             let Corner { at, flux } = corner(at, sample.height_mm, sample.slope);
                             Corner { at, flux: flux * area }
-                        }));
+                        });
+                        pieces.push((((j - begin) * nx + i) as u32, corners));
                     });
                 }
             }
@@ -121,12 +122,14 @@ pub fn irradiance(
                 let j = begin + row;
                 inside(i, j) && inside(i + 1, j) && inside(i, j + 1) && inside(i + 1, j + 1)
             };
-            Film::of_band(&corners, nx + 1, cells, whole, &pieces)
+            (begin, Film::of_band(&corners, nx + 1, cells, whole, &pieces))
         })
         .collect();
     let mut sum = vec![0.0; cells.0 * cells.1];
     let (mut landed, mut outside, mut reflected, mut folded) = (0.0, 0.0, 0.0, 0.0);
-    for film in &bands {
+    let mut folds = Vec::new();
+    for (begin, film) in &bands {
+        folds.extend(film.folds.iter().map(|&beam| (begin + beam as usize / nx, beam as usize % nx)));
         film.add_to(&mut sum);
         landed += film.landed;
         outside += film.outside;
@@ -136,7 +139,6 @@ pub fn irradiance(
     let total: f64 = landed + outside + reflected;
     let mean = total / sum.len() as f64;
     sum.iter_mut().for_each(|v| *v /= mean);
-    let mut folds: Vec<u32> = bands.into_iter().flat_map(|film| film.folds).collect();
     folds.sort_unstable();
     folds.dedup();
     Caustic {
@@ -145,6 +147,21 @@ pub fn irradiance(
         reflected: reflected / total,
         folded: folded / total,
         folds,
+    }
+}
+
+/// The triangles, points of the block, mm, whose light is the beam in this column and row: two, or the pieces within the outline.
+pub(crate) fn triangles(bench: &Bench, beams: (usize, usize), (i, j): (usize, usize), mut f: impl FnMut([DVec2; 3])) {
+    let outline = bench.contour();
+    let node = |i: usize, j: usize| bench.block().node(i, j, beams.0 + 1, beams.1 + 1);
+    let corners = [node(i, j), node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)];
+    let inside = corners.map(|at| outline.is_rectangle() || outline.contains(at));
+    if inside == [true; 4] {
+        let [a, b, c, d] = corners;
+        f([a, b, c]);
+        f([a, c, d]);
+    } else {
+        outline.cut(corners, inside, f);
     }
 }
 

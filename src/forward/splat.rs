@@ -19,7 +19,7 @@ pub(super) struct Film {
     pub(super) reflected: f64,
     /// Flux in folded triangles.
     pub(super) folded: f64,
-    /// The cells of the window that they land nearest to.
+    /// The beams of the band that have such triangles, numbered row by row.
     pub(super) folds: Vec<u32>,
 }
 
@@ -30,18 +30,18 @@ const LEAST_AREA: f64 = 1e-7;
 const AMPLE_AREA: f64 = 1e-4;
 
 impl Film {
-    /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`, and triangles `pieces` of others, whose
-    /// flux is scaled by their area over half of a beam's.
+    /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`, and triangles `pieces` of others, with
+    /// the number of the beam, whose flux is scaled by their area over half of a beam's.
     pub(super) fn of_band(
         corners: &[Corner],
         width: usize,
         (columns, rows): (usize, usize),
         whole: impl Fn(usize, usize) -> bool,
-        pieces: &[[Corner; 3]],
+        pieces: &[(u32, [Corner; 3])],
     ) -> Self {
         let (low, high) = corners
             .iter()
-            .chain(pieces.as_flattened())
+            .chain(pieces.iter().flat_map(|(_, corners)| corners))
             .filter(|c| c.at.is_finite())
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), c| (lo.min(c.at.y), hi.max(c.at.y)));
         let clamp = |y: f64| y.clamp(0.0, rows as f64) as usize;
@@ -57,7 +57,6 @@ impl Film {
             folded: 0.0,
             folds: Vec::new(),
         };
-        let window = DVec2::new((columns - 1) as f64, (rows - 1) as f64);
         let mut total = 0.0;
         let mut below = vec![0.0; width - 1];
         let empty = corners.len() / width - 1;
@@ -70,8 +69,9 @@ impl Film {
                 let (lower, upper) = match next {
                     Some(next) if whole(i, j) => {
                         let (c, d) = (next[i + 1], next[i]);
-                        let lower = film.density([a, b, c], window, &mut total);
-                        let upper = film.density([a, c, d], window, &mut total);
+                        let beam = (j * (width - 1) + i) as u32;
+                        let lower = film.density([a, b, c], beam, &mut total);
+                        let upper = film.density([a, c, d], beam, &mut total);
                         // Diagonal: the upper triangle lies on its left.
                         film.edge(a.at, c.at, upper - lower);
                         film.edge(a.at, d.at, before - upper);
@@ -91,8 +91,8 @@ impl Film {
                 film.edge(row[width - 1].at, next[width - 1].at, before);
             }
         }
-        for &[a, b, c] in pieces {
-            let density = film.density([a, b, c], window, &mut total);
+        for &(beam, [a, b, c]) in pieces {
+            let density = film.density([a, b, c], beam, &mut total);
             film.edge(a.at, b.at, density);
             film.edge(b.at, c.at, density);
             film.edge(c.at, a.at, density);
@@ -120,7 +120,7 @@ impl Film {
 
     /// Flux per area of half a beam, negative if it is folded; 0 if it is reflected or was put on a single cell.
     #[inline(always)]
-    fn density(&mut self, [a, b, c]: [Corner; 3], window: DVec2, total: &mut f64) -> f64 {
+    fn density(&mut self, [a, b, c]: [Corner; 3], beam: u32, total: &mut f64) -> f64 {
         let flux = (a.flux + b.flux + c.flux) / 6.0;
         *total += flux;
         let area = 0.5 * (b.at - a.at).perp_dot(c.at - a.at);
@@ -129,8 +129,7 @@ impl Film {
         if area.abs() > AMPLE_AREA || area.abs() > LEAST_AREA * longest().max(1.0) {
             if area < 0.0 {
                 self.folded += flux;
-                let cell = ((a.at + b.at + c.at) / 3.0).floor().clamp(DVec2::ZERO, window).as_uvec2();
-                self.folds.push(cell.y * self.columns as u32 + cell.x);
+                self.folds.push(beam);
             }
             return flux / area;
         }

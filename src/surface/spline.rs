@@ -71,6 +71,50 @@ impl SurfaceSpline {
         }
     }
 
+    /// What a height and a slope at one point depend on: hands out the places of the nodes' coefficients around it with the derivative of
+    /// `of_height h + of_slope . grad h` with respect to each. Those beyond the border follow from the others, not-a-knot.
+    pub(crate) fn gradient(&self, at: DVec2, of_height: f64, of_slope: DVec2, mut out: impl FnMut(usize, f64)) {
+        let (nx, ny) = self.nodes();
+        let spacing = self.extent.node_spacing(nx, ny);
+        let position = (at - self.extent.lower()) / spacing;
+        let of_slope = of_slope / spacing;
+        let along_x = Basis::of_nodes(position.x, nx);
+        for (row, [of_y, of_dy]) in Basis::of_nodes(position.y, ny) {
+            for &(column, [of_x, of_dx]) in &along_x {
+                let value = of_height * of_x * of_y + of_slope.x * of_dx * of_y + of_slope.y * of_x * of_dy;
+                out(row * (nx + 2) + column, value);
+            }
+        }
+    }
+
+    /// Changes coefficients of nodes.
+    pub(crate) fn change(&mut self, changes: impl Iterator<Item = (usize, f64)>) {
+        let (nx, ny) = self.nodes();
+        let c = &mut self.coefficients;
+        changes.for_each(|(place, by)| c.as_mut_slice()[place] += by);
+        let beyond = |near: [f64; 4]| NOT_A_KNOT.iter().zip(near).map(|(factor, c)| factor * c).sum::<f64>();
+        for j in 1..=ny {
+            c[(0, j)] = beyond([1, 2, 3, 4].map(|i| c[(i, j)]));
+            c[(nx + 1, j)] = beyond([0, 1, 2, 3].map(|i| c[(nx - i, j)]));
+        }
+        for i in 0..nx + 2 {
+            c[(i, 0)] = beyond([1, 2, 3, 4].map(|j| c[(i, j)]));
+            c[(i, ny + 1)] = beyond([0, 1, 2, 3].map(|j| c[(i, ny - j)]));
+        }
+    }
+
+    /// Heights at the nodes, mm.
+    pub(crate) fn heights_mm(&self) -> Field<f64> {
+        let (nx, ny) = self.nodes();
+        Field::from_fn(nx, ny, |i, j| {
+            let row = |l: usize| {
+                let c = &self.coefficients.row(j + l)[i..i + 3];
+                c[0] + 4.0 * c[1] + c[2]
+            };
+            (row(0) + 4.0 * row(1) + row(2)) / 36.0
+        })
+    }
+
     /// Slopes at the nodes, mm per mm.
     pub fn node_slopes(&self) -> Field<DVec2> {
         let (nx, ny) = self.nodes();
@@ -150,6 +194,30 @@ impl Basis {
         (cell, Self::at(position - cell as f64))
     }
 
+    /// The nodes' coefficients that a position depends on along an axis, by their place, with the weights of value and slope.
+    fn of_nodes(position: f64, nodes: usize) -> Vec<(usize, [f64; 2])> {
+        let (first, basis) = Self::locate(position, nodes);
+        let mut found: Vec<(usize, [f64; 2])> = Vec::with_capacity(5);
+        let mut add = |place: usize, factor: f64, k: usize| {
+            let weights = [factor * basis.value[k], factor * basis.slope[k]];
+            match found.iter_mut().find(|(known, _)| *known == place) {
+                Some((_, sums)) => sums.iter_mut().zip(weights).for_each(|(sum, weight)| *sum += weight),
+                None => found.push((place, weights)),
+            }
+        };
+        for k in 0..4 {
+            let place = first + k;
+            if place == 0 {
+                NOT_A_KNOT.iter().zip(1..).for_each(|(&factor, place)| add(place, factor, k));
+            } else if place == nodes + 1 {
+                NOT_A_KNOT.iter().zip((1..=nodes).rev()).for_each(|(&factor, place)| add(place, factor, k));
+            } else {
+                add(place, 1.0, k);
+            }
+        }
+        found
+    }
+
     fn at(t: f64) -> Self {
         let s = 1.0 - t;
         Self {
@@ -164,6 +232,9 @@ impl Basis {
         }
     }
 }
+
+/// The coefficient beyond an end from the four next to it: the third derivative is continuous at the second node.
+const NOT_A_KNOT: [f64; 4] = [4.0, -6.0, 4.0, -1.0];
 
 /// Coefficients of the interpolating spline, along y and then along x.
 fn prefilter(nodes: &Field<f64>) -> Field<f64> {
@@ -281,6 +352,31 @@ mod tests {
                 assert!((s.height_mm - f(at) - shift).abs() < 1e-10, "{nx} x {ny} at {at}");
                 assert!((s.slope - slope).length() < 1e-9);
                 assert!((s.curvature[1] - xy).abs() < 1e-8);
+            }
+        }
+    }
+
+    #[test]
+    fn a_changed_coefficient_changes_heights_and_slopes_by_their_gradient_up_to_the_border() {
+        let field = surface(9, 8, |p| (p.x * 0.4).sin() + 0.1 * p.y * p.x);
+        let spline = SurfaceSpline::through(&field);
+        let heights = spline.heights_mm();
+        assert!(heights.as_slice().iter().zip(field.heights_mm().as_slice()).all(|(a, b)| (a - b).abs() < 1e-13));
+        for at in [DVec2::new(-4.9, -2.9), DVec2::new(0.3, 0.1), DVec2::new(4.8, -2.6), DVec2::new(3.9, 2.99)] {
+            let weights = (0.7, DVec2::new(0.4, -1.3));
+            let functional = |spline: &SurfaceSpline| {
+                let sample = spline.sample(at);
+                weights.0 * sample.height_mm + weights.1.dot(sample.slope)
+            };
+            let mut gradient = Vec::new();
+            spline.gradient(at, weights.0, weights.1, |place, of| gradient.push((place, of)));
+            for &(place, of) in &gradient {
+                let mut changed = spline.clone();
+                changed.change([(place, 0.1)].into_iter());
+                assert!((functional(&changed) - functional(&spline) - 0.1 * of).abs() < 1e-12, "{at} {place}");
+                // It is still the spline through its own heights.
+                let again = SurfaceSpline::through(&field.with_heights(changed.heights_mm()));
+                assert!((again.sample(at).slope - changed.sample(at).slope).length() < 1e-11, "{at} {place}");
             }
         }
     }

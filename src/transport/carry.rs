@@ -29,9 +29,9 @@ pub(super) struct Carried {
 
 /// Width of the margin beyond a curved outline, in lens nodes, whose heights are those of the path continued beyond the window:
 /// the spline through the nodes then knows the face up to its outline.
-const COLLAR: f64 = 2.5;
+const COLLAR: f64 = 4.5;
 /// How far beyond the window the path is continued for that, in receiver cells.
-const BEYOND: f64 = 6.0;
+const BEYOND: f64 = 40.0;
 impl Carried {
     /// Mean height of the lens's nodes, mm: where the face stands.
     pub(super) fn mean_mm(&self, bench: &Bench) -> f64 {

@@ -6,10 +6,7 @@
 //! keeps the light that drew it best, and a round that made it worse there is taken back there, and is gentler from then on.
 
 use super::light;
-use crate::{
-    forward::Caustic,
-    grid::{Contour, Field},
-};
+use crate::grid::{Contour, Field};
 use rayon::prelude::*;
 
 /// Most that a round changes the logarithm of the light.
@@ -24,12 +21,6 @@ const LAST: u8 = STAGES.len() as u8 - 1;
 
 /// A place whose squared error stays above this share of what it was goes on to the next stage.
 const STALLED: f64 = 0.94;
-/// A first light that folds no more than this share of itself shows that the picture needs no folds.
-const FEW_FOLDS: f64 = 1e-5;
-/// How far, as a share, the light goes back to the first one at a fold.
-const BACK: f64 = 0.7;
-/// The light of so many cells around a fold made it.
-const FOLD_REACH: usize = 1;
 /// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
 /// lens's nodes can hold.
 const SQUEEZED: usize = 20;
@@ -44,10 +35,6 @@ pub(super) struct Correction {
     seen: Field<f64>,
     /// Sum of squared errors around every cell.
     error: Field<f64>,
-    /// The first light, if it folded hardly any beam: then none has to be folded.
-    unfolded: Option<Field<f64>>,
-    /// Cells around which a beam was folded: they keep the light from before.
-    barred: Vec<bool>,
     /// Stages that a cell has gone on by, more than the whole picture.
     later: Vec<u8>,
     per_cell: (usize, usize),
@@ -58,38 +45,17 @@ impl Correction {
     /// squeezed without limit, and no round may be firm.
     pub(super) fn new(
         light: Field<f64>,
-        caustic: &Caustic,
+        seen: Field<f64>,
         wanted: &Field<f64>,
         per_cell: (usize, usize),
         outline: &Contour,
     ) -> Self {
-        let seen = caustic.irradiance.clone();
         let error = around(&seen, wanted);
         let (nx, ny) = (seen.nx(), seen.ny());
         let from_side = |k: usize, n: usize| k.min(n - 1 - k);
         let squeezed = |k: usize| !outline.is_rectangle() && from_side(k % nx, nx) + from_side(k / nx, ny) < SQUEEZED;
         let later = (0..nx * ny).map(|k| if squeezed(k) { LAST } else { 0 }).collect();
-        let unfolded = (caustic.folded < FEW_FOLDS).then(|| light.clone());
-        Self { light, seen, error, unfolded, barred: vec![false; nx * ny], later, per_cell }
-    }
-
-    /// Goes back most of the way to the first light where beams are folded that need not be, or all of the way where that was not enough;
-    /// those places are not corrected any more. Returns whether there are any.
-    pub(super) fn unfold(&mut self, caustic: &Caustic) -> bool {
-        let Some(first) = self.unfolded.as_ref().filter(|_| !caustic.folds.is_empty()) else { return false };
-        let (nx, ny) = (caustic.irradiance.nx(), caustic.irradiance.ny());
-        let mut share = Field::filled(nx, ny, 0.0);
-        for &cell in &caustic.folds {
-            let (i, j) = (cell as usize % nx, cell as usize / nx);
-            for row in j.saturating_sub(FOLD_REACH)..=(j + FOLD_REACH).min(ny - 1) {
-                for k in row * nx + i.saturating_sub(FOLD_REACH)..=row * nx + (i + FOLD_REACH).min(nx - 1) {
-                    share.as_mut_slice()[k] = if self.barred[k] { 1.0 } else { BACK };
-                }
-            }
-        }
-        self.barred.iter_mut().zip(share.as_slice()).for_each(|(barred, share)| *barred |= *share > 0.0);
-        blend(&mut self.light, first, &share, self.per_cell);
-        true
+        Self { light, seen, error, later, per_cell }
     }
 
     /// Takes over what another light drew better.
@@ -97,9 +63,6 @@ impl Correction {
         let error = around(seen, wanted);
         let mut better = Field::filled(seen.nx(), seen.ny(), 0.0);
         for (k, (new, old)) in error.as_slice().iter().zip(self.error.as_mut_slice()).enumerate() {
-            if self.barred[k] {
-                continue;
-            }
             if *new > STALLED * *old {
                 self.later[k] = self.later[k].saturating_add(1);
             }
@@ -109,7 +72,15 @@ impl Correction {
         }
         let known = self.seen.as_mut_slice().iter_mut().zip(seen.as_slice());
         known.zip(better.as_slice()).filter(|(_, better)| **better > 0.0).for_each(|((old, new), _)| *old = *new);
-        blend(&mut self.light, light, &better, self.per_cell);
+        let better = light::interpolate(&better, self.per_cell, |better| better);
+        let lights = self.light.as_mut_slice().par_iter_mut().zip(light.as_slice());
+        lights.zip(better.as_slice()).for_each(|((old, new), &share)| {
+            if share == 1.0 {
+                *old = *new;
+            } else if share > 0.0 {
+                *old = old.powf(1.0 - share) * new.powf(share);
+            }
+        });
     }
 
     /// The light to try next: the best so far, times what the cells lack. Light below `floor` counts as that.
@@ -131,10 +102,9 @@ impl Correction {
                 sharpen(&mut sharp, &lacks);
                 sharpened += 1;
             }
-            let places =
-                excess.as_mut_slice().iter_mut().zip(sharp.as_slice()).zip(self.later.iter().zip(&self.barred));
+            let places = excess.as_mut_slice().iter_mut().zip(sharp.as_slice()).zip(&self.later);
             places
-                .filter(|(_, (later, barred))| !**barred && stage + usize::from(**later) == which)
+                .filter(|(_, later)| stage + usize::from(**later) == which)
                 .for_each(|((excess, sharp), _)| *excess = share * sharp);
         }
         let factor = light::interpolate(&excess, self.per_cell, |d| (-d.clamp(-MOST_CHANGE, MOST_CHANGE)).exp());
@@ -142,19 +112,6 @@ impl Correction {
         light.as_mut_slice().par_iter_mut().zip(known).for_each(|(light, (known, factor))| *light = known * factor);
         light::normalise(light);
     }
-}
-
-/// Takes over a share of another light, at every place its own.
-fn blend(light: &mut Field<f64>, other: &Field<f64>, share: &Field<f64>, per_cell: (usize, usize)) {
-    let share = light::interpolate(share, per_cell, |share| share);
-    let lights = light.as_mut_slice().par_iter_mut().zip(other.as_slice());
-    lights.zip(share.as_slice()).for_each(|((old, new), &share)| {
-        if share == 1.0 {
-            *old = *new;
-        } else if share > 0.0 {
-            *old = old.powf(1.0 - share) * new.powf(share);
-        }
-    });
 }
 
 /// Sum of the squared differences around every cell.
@@ -202,18 +159,17 @@ mod tests {
     const CELLS: usize = 40;
     const NODES: usize = 2 * CELLS + 1;
 
-    /// Light that gave twice of what was wanted within a place, and where beams were folded.
-    fn caustic(wrong: usize, folds: Vec<u32>) -> Caustic {
+    /// Twice of what was wanted within a place.
+    fn seen(wrong: usize) -> Field<f64> {
         let near = |i: usize, j: usize| i.abs_diff(wrong) < 2 && j.abs_diff(wrong) < 2;
-        let irradiance = Field::from_fn(CELLS, CELLS, |i, j| if near(i, j) { 2.0 } else { 1.0 });
-        Caustic { irradiance, outside: 0.0, reflected: 0.0, folded: 0.0, folds }
+        Field::from_fn(CELLS, CELLS, |i, j| if near(i, j) { 2.0 } else { 1.0 })
     }
 
     fn started(outline: Outline) -> (Correction, Field<f64>) {
         let wanted = Field::filled(CELLS, CELLS, 1.0);
         let contour = outline.within(Extent::new(1.0, 1.0));
         let light = Field::filled(NODES, NODES, 1.0);
-        (Correction::new(light, &caustic(10, Vec::new()), &wanted, (2, 2), &contour), wanted)
+        (Correction::new(light, seen(10), &wanted, (2, 2), &contour), wanted)
     }
 
     /// The light that is tried next, at the middle of a cell.
@@ -228,24 +184,11 @@ mod tests {
         let (mut correction, wanted) = started(Outline::Rectangle);
         assert!(next(&correction, &wanted, 0, 10) < 0.7, "less is asked for where there is too much");
         // Other light is better there, and worse elsewhere.
-        correction.learn(&Field::filled(NODES, NODES, 3.0), &caustic(30, Vec::new()).irradiance, &wanted);
+        correction.learn(&Field::filled(NODES, NODES, 3.0), &seen(30), &wanted);
         let at = |cell: usize| correction.light[(2 * cell + 1, 2 * cell + 1)];
         assert_eq!((at(10), at(30)), (3.0, 1.0));
         let later = |cell: usize| correction.later[cell * CELLS + cell];
         assert_eq!((later(10), later(30)), (0, 1));
-    }
-
-    #[test]
-    fn folds_go_back_to_the_first_light_step_by_step_and_stay_there() {
-        let (mut correction, wanted) = started(Outline::Rectangle);
-        correction.learn(&Field::filled(NODES, NODES, 3.0), &Field::filled(CELLS, CELLS, 1.0), &wanted);
-        let folded = caustic(20, vec![(20 * CELLS + 20) as u32]);
-        assert!(!correction.unfold(&caustic(20, Vec::new())));
-        let at = |correction: &Correction| correction.light[(41, 41)];
-        assert!(correction.unfold(&folded) && (at(&correction) - 3.0_f64.powf(1.0 - BACK)).abs() < 1e-12);
-        assert!(correction.unfold(&folded) && at(&correction) == 1.0);
-        correction.learn(&Field::filled(NODES, NODES, 2.0), &Field::filled(CELLS, CELLS, 1.0), &wanted);
-        assert_eq!(at(&correction), 1.0);
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod soften;
 mod spline;
 mod start;
 mod uneven;
+mod unfold;
 
 pub use options::{BlackFloor, Options, OptionsError, Quality};
 

@@ -51,12 +51,11 @@ pub(super) fn describe(
         }
         let reached = level.iterations.last().map_or(f64::NAN, |iteration| iteration.objective);
         warnings.push(format!(
-            "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is {reached:.1e} instead of {:.0e}; a larger offset (--offset) makes the picture easier",
+            "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is still {reached:.1e}; a larger offset (--offset) makes the picture easier",
             level.stage,
             level.nx,
             level.ny,
-            level.termination,
-            super::pyramid::RMS
+            level.termination
         ));
     }
     let place = weakest(&seen.irradiance, wanted, bench);

@@ -11,6 +11,7 @@ use super::{
     report,
     soften::soften,
     uneven,
+    unfold::unfold,
 };
 use crate::{
     bench::Bench,
@@ -25,15 +26,16 @@ use std::time::Instant;
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
 /// A round is solved when its residual is no more than this share of the error that was seen: the next one is told what was solved.
-const RESIDUAL_SHARE: f64 = 0.15;
+const RESIDUAL_SHARE: f64 = 0.1;
 /// Newton steps of a round; the start is close.
 const STEPS: usize = 12;
 
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
-/// Most rounds that only take back what folded beams, if any did, and the share of the error that each may cost.
+/// Light in folds, as a share of all, that a picture does not need: more is that of creases.
+const NEEDLESS: f64 = 1e-3;
+/// Most times that folds are taken out of a face.
 const UNFOLDINGS: usize = 3;
-const UNFOLDING_PRICE: f64 = 0.03;
 /// A round that takes away less than this share of the error is the last of its stage.
 const LEAST_GAIN: f64 = 0.03;
 
@@ -47,6 +49,26 @@ struct Best {
     state: State,
     /// The iteration that led here did not converge.
     unconverged: bool,
+}
+
+impl Best {
+    /// Takes out folds that the picture does not need.
+    fn unfold(&mut self, bench: &Bench, beams: usize, wanted: &Field<f64>) {
+        let cells = (wanted.nx(), wanted.ny());
+        for _ in 0..UNFOLDINGS {
+            if self.seen.folds.is_empty() || self.seen.folded > NEEDLESS {
+                break;
+            }
+            let surface = unfold(&self.surface, bench, lattice(&self.surface, beams, cells), &self.seen.folds);
+            let seen = look(&surface, bench, beams, cells);
+            let error = relative_rms(&seen.irradiance, wanted);
+            tracing::debug!(error, folded = seen.folded, "without its folds");
+            if seen.folded >= self.seen.folded {
+                break;
+            }
+            (self.surface, self.seen, self.error) = (surface, seen, error);
+        }
+    }
 }
 
 /// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned, with its light.
@@ -67,7 +89,7 @@ pub(super) fn close(
     let path = OpticalPath::new(bench);
     let mut best: Option<Best> = None;
     let mut correction: Option<Correction> = None;
-    let (mut stage, mut unfoldings) = (0, 0);
+    let mut stage = 0;
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
     progress.begin("closed loop", rounds);
@@ -114,7 +136,13 @@ pub(super) fn close(
         let error = relative_rms(&seen.irradiance, &cells);
         tracing::debug!(round, stage, error, folded = seen.folded, "the light of the surface");
         let correction = match &mut correction {
-            None => correction.insert(Correction::new(light.clone(), &seen, &cells, per_cell, &bench.contour())),
+            None => correction.insert(Correction::new(
+                light.clone(),
+                seen.irradiance.clone(),
+                &cells,
+                per_cell,
+                &bench.contour(),
+            )),
             Some(correction) => {
                 correction.learn(&light, &seen.irradiance, &cells);
                 correction
@@ -126,29 +154,19 @@ pub(super) fn close(
             rounds = options.hard_rounds();
         }
         let gain = best.as_ref().map_or(1.0, |best| 1.0 - error / best.error);
-        let unfolds = unfoldings > 0
-            && best.as_ref().is_some_and(|best| seen.folded < 0.5 * best.seen.folded && gain > -UNFOLDING_PRICE);
-        if unfolds || gain > 0.0 && unfoldings == 0 {
+        if gain > 0.0 {
             best = Some(Best { surface, seen, error, flaws, state: state.clone(), unconverged });
         }
         stage += usize::from(gain.is_nan() || gain < LEAST_GAIN);
         let Some(best) = best.as_ref() else { break };
-        let more = round < rounds && stage < STAGES.len() && unfoldings == 0;
-        if !more {
-            // Without a further correction, but that where one folded beams.
-            let worthwhile = round > 0 && (unfoldings == 0 || unfolds && unfoldings < UNFOLDINGS);
-            if !(worthwhile && correction.unfold(&best.seen)) {
-                break;
-            }
-            unfoldings += 1;
+        if round >= rounds || stage >= STAGES.len() {
+            break;
         }
         if gain.is_nan() || gain <= 0.0 {
             state.clone_from(&best.state);
         }
-        correction.next(&cells, options.floor(), if more { stage } else { STAGES.len() }, &mut light);
-        // What takes folds back is small, and has to be met.
-        let rms = if more { RMS.max(RESIDUAL_SHARE * best.error) } else { RMS };
-        let criterion = Criterion { rms, steps: STEPS, forcing: FORCING };
+        correction.next(&cells, options.floor(), stage, &mut light);
+        let criterion = Criterion { rms: RMS.max(RESIDUAL_SHARE * best.error), steps: STEPS, forcing: FORCING };
         let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
             break;
@@ -161,7 +179,7 @@ pub(super) fn close(
         }
         progress.advance(round + 1);
     }
-    let Some(best) = best else {
+    let Some(mut best) = best else {
         return Err(SolveError::Failed {
             solver: NAME,
             nx: nodes.0,
@@ -169,18 +187,24 @@ pub(super) fn close(
             why: "the light of the surface is not a number".into(),
         });
     };
+    if options.finish.is_none() && rounds > 0 {
+        best.unfold(bench, options.beams(), &cells);
+    }
     let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
     report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);
     Ok((best.surface, best.seen.irradiance))
 }
 
+/// Beams along x and y for so many of them per lens cell: at least three per cell of the picture, however few nodes there are.
+fn lattice(surface: &HeightField, beams: usize, cells: (usize, usize)) -> (usize, usize) {
+    let along = |nodes: usize, cells: usize| (nodes - 1) * beams.max((3 * cells).div_ceil(nodes - 1).min(8));
+    (along(surface.heights_mm().nx(), cells.0), along(surface.heights_mm().ny(), cells.1))
+}
+
 /// The light of a surface on the window's cells.
 fn look(surface: &HeightField, bench: &Bench, beams: usize, cells: (usize, usize)) -> Caustic {
-    let (nx, ny) = (surface.heights_mm().nx(), surface.heights_mm().ny());
-    // At least three beams per cell along each axis, however few nodes there are.
-    let along = |nodes: usize, cells: usize| (nodes - 1) * beams.max((3 * cells).div_ceil(nodes - 1).min(8));
-    let spline = SurfaceSpline::through(surface);
-    forward::irradiance(&spline, bench, Geometry::Displaced, (along(nx, cells.0), along(ny, cells.1)), cells)
+    let lattice = lattice(surface, beams, cells);
+    forward::irradiance(&SurfaceSpline::through(surface), bench, Geometry::Displaced, lattice, cells)
 }
 
 /// Root mean square of the difference, both with mean 1.

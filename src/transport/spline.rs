@@ -205,17 +205,31 @@ impl PathSpline {
         }
     }
 
-    /// Value and derivatives at a position in units of nodes that may lie beyond the window: the parabola at the nearest point of its
-    /// border goes on.
+    /// Value and derivatives at a position in units of nodes that may lie beyond the window: there parabolas go on from the places of the
+    /// window that are nearest to it and to its surroundings, which are as wide as it is far (Whitney's extension), so that detail of the border
+    /// fades.
     pub(super) fn jet_beyond(&self, position: DVec2) -> Jet {
-        let border = position.clamp(DVec2::ZERO, DVec2::new(self.grid.cells.0 as f64, self.grid.cells.1 as f64));
-        let mut jet = self.jet(border);
-        let step = (position - border) * self.grid.spacing;
-        let [xx, xy, yy] = jet.curvature;
-        let rise = DVec2::new(xx * step.x + xy * step.y, xy * step.x + yy * step.y);
-        jet.value += jet.slope.dot(step) + 0.5 * rise.dot(step);
-        jet.slope += rise;
-        jet
+        let most = DVec2::new(self.grid.cells.0 as f64, self.grid.cells.1 as f64);
+        let within = |position: DVec2| position.clamp(DVec2::ZERO, most);
+        let far = (position - within(position)).length();
+        if far == 0.0 {
+            return self.jet(position);
+        }
+        let mut sum = Jet::default();
+        for (j, of_row) in (-2..=2).zip(AROUND) {
+            for (i, of_column) in (-2..=2).zip(AROUND) {
+                let from = within(position + DVec2::new(f64::from(i), f64::from(j)) * (0.25 * far));
+                let jet = self.jet(from);
+                let step = (position - from) * self.grid.spacing;
+                let [xx, xy, yy] = jet.curvature;
+                let rise = DVec2::new(xx * step.x + xy * step.y, xy * step.x + yy * step.y);
+                let weight = of_row * of_column;
+                sum.value += weight * (jet.value + jet.slope.dot(step) + 0.5 * rise.dot(step));
+                sum.slope += weight * (jet.slope + rise);
+                sum.curvature.iter_mut().zip(jet.curvature).for_each(|(sum, v)| *sum += weight * v);
+            }
+        }
+        sum
     }
 
     /// Value and derivatives at a position in units of nodes, which is clamped to the window.
@@ -242,6 +256,9 @@ impl PathSpline {
         }
     }
 }
+
+/// Weights of five places in a row.
+const AROUND: [f64; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 
 /// Even reflection: the ghosts of a function without slope on the border.
 pub(super) fn reflect(c: &mut Field<f64>) {
