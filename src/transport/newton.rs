@@ -42,6 +42,10 @@ const HALVINGS: usize = 8;
 /// Most change of the logarithm of the light that a residual stands for to first order.
 const MOST_ACCOUNTED: f64 = 0.5;
 
+/// An error of the mean height, as a share of the distance, that does not matter even near a source, where it changes the size of the
+/// picture.
+const LEAST_SHIFT: f64 = 3e-6;
+
 /// An iteration with its memory, for one grid.
 #[derive(Debug)]
 pub(super) struct Newton {
@@ -78,7 +82,7 @@ impl Newton {
     pub(super) fn run(&mut self, equation: &Equation, state: &mut State, criterion: Criterion) -> Option<Outcome> {
         let mut iterations = Vec::new();
         let mut termination = Termination::IterationLimit;
-        let mut sums = settle(equation, state, &mut self.residual, self.height_mm, criterion.rms)?;
+        let mut sums = settle(equation, state, &mut self.residual, self.height_mm)?;
         while sums.rms > criterion.rms && iterations.len() < criterion.steps {
             let at = equation.linearise(state, &mut self.residual, &mut self.rows)?;
             let border = equation.linearise_border(state);
@@ -87,7 +91,7 @@ impl Newton {
             let mut evaluations = 1;
             let accepted = loop {
                 self.advance(state, step, change_of_mu);
-                let after = settle(equation, &mut self.trial, &mut self.residual, self.height_mm, criterion.rms);
+                let after = settle(equation, &mut self.trial, &mut self.residual, self.height_mm);
                 evaluations += 1;
                 match after {
                     Some(after) if after.rms < (1.0 - 1e-3 * step) * at.rms => break Some(after),
@@ -165,9 +169,9 @@ impl Newton {
 }
 
 /// Fits the border, moves the face to the wanted mean height, and computes the residual.
-fn settle(equation: &Equation, state: &mut State, residual: &mut [f32], height_mm: f64, rms: f64) -> Option<Sums> {
-    // An error of the height matters relative to the distance; the last shifts are too small to see in the residual.
-    let tolerance = 1e-2 * rms * equation.path.distance_mm();
+fn settle(equation: &Equation, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
+    // The last shifts are too small to see in the residual.
+    let tolerance = LEAST_SHIFT * equation.path.distance_mm();
     for _ in 0..3 {
         equation.fit_border(state);
         let sums = equation.residual(state, residual)?;

@@ -11,6 +11,7 @@ use super::{
 use crate::{
     bench::Bench,
     grid::{Field, area_resample},
+    light::Light,
     optim::{Level, Summary},
     solver::{Progress, SolveError},
     target::TargetIrradiance,
@@ -102,7 +103,10 @@ pub(super) fn solve(
         };
         let mut newton = Newton::new(&current);
         newton.height_mm = height_mm;
-        let goes_on = done + 1 == sizes.len() && options.rounds(&bench.contour()) > 0;
+        // Near a source the mean height comes first, and needs the solution itself.
+        let goes_on = done + 1 == sizes.len()
+            && options.rounds(&bench.contour()) > 0
+            && matches!(bench.light(), Light::Parallel { .. });
         let criterion = Criterion { rms: if goes_on { GOES_ON_RMS } else { RMS }, steps: STEPS, forcing: FORCING };
         if done == 0 {
             start::round_corners(bench, grid, &light, &mut newton, &mut current, criterion);

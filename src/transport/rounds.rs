@@ -17,6 +17,7 @@ use crate::{
     bench::Bench,
     forward::{self, Caustic, Geometry},
     grid::Field,
+    light::Light,
     optim::{Summary, Termination},
     solver::{Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
@@ -25,15 +26,20 @@ use std::time::Instant;
 
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
-/// A round is solved when its residual is no more than this share of the error that was seen: the next one is told what was solved.
-const RESIDUAL_SHARE: f64 = 0.1;
+/// A round is solved when its residual is no more than this share of the error that was seen: the next round is told what was solved,
+/// if there is one.
+const RESIDUAL_SHARE: f64 = 0.2;
+const LAST_RESIDUAL_SHARE: f64 = 0.12;
 /// Newton steps of a round; the start is close.
 const STEPS: usize = 12;
 
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
-/// Light in folds, as a share of all, that a picture does not need: more is that of creases.
+/// Light in folds, as a share of all, that a picture does not need: more is that of creases, which a picture with black has.
 const NEEDLESS: f64 = 1e-3;
+const NEEDLESS_WITH_BLACK: f64 = 5e-5;
+/// Black: less than this share of the mean light.
+const BLACK: f64 = 0.05;
 /// Most times that folds are taken out of a face.
 const UNFOLDINGS: usize = 3;
 /// A round that takes away less than this share of the error is the last of its stage.
@@ -53,13 +59,14 @@ struct Best {
 
 impl Best {
     /// Takes out folds that the picture does not need.
-    fn unfold(&mut self, bench: &Bench, beams: usize, wanted: &Field<f64>) {
+    fn unfold(&mut self, bench: &Bench, beams: Beams, wanted: &Field<f64>) {
         let cells = (wanted.nx(), wanted.ny());
+        let needless = if wanted.min_max().0 < BLACK * wanted.mean() { NEEDLESS_WITH_BLACK } else { NEEDLESS };
         for _ in 0..UNFOLDINGS {
-            if self.seen.folds.is_empty() || self.seen.folded > NEEDLESS {
+            if self.seen.folds.is_empty() || self.seen.folded > needless {
                 break;
             }
-            let surface = unfold(&self.surface, bench, lattice(&self.surface, beams, cells), &self.seen.folds);
+            let surface = unfold(&self.surface, bench, beams.lattice(&self.surface, cells), &self.seen.folds);
             let seen = look(&surface, bench, beams, cells);
             let error = relative_rms(&seen.irradiance, wanted);
             tracing::debug!(error, folded = seen.folded, "without its folds");
@@ -117,7 +124,10 @@ pub(super) fn close(
         };
         let look = |surface: &HeightField| {
             let finished = options.finish.map(|polish| polish.polished(surface));
-            look(finished.as_ref().unwrap_or(surface), bench, options.beams(), (cells.nx(), cells.ny()))
+            // What a first rough look gets wrong the others see, if it is the same everywhere.
+            let even = matches!(bench.light(), Light::Parallel { .. }) && bench.profile().is_none();
+            let beams = if round == 0 && rounds > 0 && even { Beams::Rough } else { Beams::PerNode(options.beams()) };
+            look(finished.as_ref().unwrap_or(surface), bench, beams, (cells.nx(), cells.ny()))
         };
         let mut flaws = report::Flaws { missed: carried.missed, softened: None, unconverged: false };
         let (surface, seen) = match options.min_radius_mm {
@@ -166,7 +176,8 @@ pub(super) fn close(
             state.clone_from(&best.state);
         }
         correction.next(&cells, options.floor(), stage, &mut light);
-        let criterion = Criterion { rms: RMS.max(RESIDUAL_SHARE * best.error), steps: STEPS, forcing: FORCING };
+        let share = if round + 1 < rounds { RESIDUAL_SHARE } else { LAST_RESIDUAL_SHARE };
+        let criterion = Criterion { rms: RMS.max(share * best.error), steps: STEPS, forcing: FORCING };
         let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
             // What was found before stands.
             break;
@@ -188,22 +199,36 @@ pub(super) fn close(
         });
     };
     if options.finish.is_none() && rounds > 0 {
-        best.unfold(bench, options.beams(), &cells);
+        best.unfold(bench, Beams::PerNode(options.beams()), &cells);
     }
     let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
     report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);
     Ok((best.surface, best.seen.irradiance))
 }
 
-/// Beams along x and y for so many of them per lens cell: at least three per cell of the picture, however few nodes there are.
-fn lattice(surface: &HeightField, beams: usize, cells: (usize, usize)) -> (usize, usize) {
-    let along = |nodes: usize, cells: usize| (nodes - 1) * beams.max((3 * cells).div_ceil(nodes - 1).min(8));
-    (along(surface.heights_mm().nx(), cells.0), along(surface.heights_mm().ny(), cells.1))
+/// How closely the light is looked at.
+#[derive(Clone, Copy)]
+enum Beams {
+    /// Three beams per cell of the picture along each axis.
+    Rough,
+    /// So many per lens cell, and at least three per cell of the picture, however few nodes there are.
+    PerNode(usize),
+}
+
+impl Beams {
+    /// Beams along x and y.
+    fn lattice(self, surface: &HeightField, cells: (usize, usize)) -> (usize, usize) {
+        let along = |nodes: usize, cells: usize| match self {
+            Self::Rough => (3 * cells).min(8 * (nodes - 1)).max(nodes - 1),
+            Self::PerNode(beams) => (nodes - 1) * beams.max((3 * cells).div_ceil(nodes - 1).min(8)),
+        };
+        (along(surface.heights_mm().nx(), cells.0), along(surface.heights_mm().ny(), cells.1))
+    }
 }
 
 /// The light of a surface on the window's cells.
-fn look(surface: &HeightField, bench: &Bench, beams: usize, cells: (usize, usize)) -> Caustic {
-    let lattice = lattice(surface, beams, cells);
+fn look(surface: &HeightField, bench: &Bench, beams: Beams, cells: (usize, usize)) -> Caustic {
+    let lattice = beams.lattice(surface, cells);
     forward::irradiance(&SurfaceSpline::through(surface), bench, Geometry::Displaced, lattice, cells)
 }
 
