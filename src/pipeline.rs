@@ -2,7 +2,7 @@
 
 use crate::{
     bench::{Bench, ExitFace},
-    grid::{Extent, Field},
+    grid::{Contour, Extent, Field},
     light::Incidence,
     optics::Interface,
     optim::Summary,
@@ -81,6 +81,12 @@ pub fn node_grid(block: Extent, across: usize) -> Result<(usize, usize), DesignE
     } else {
         Err(DesignError::Nodes { nodes: across, nx, ny })
     }
+}
+
+/// Height nodes across a block of this outline on whose face there are as many as on that of a rectangle with `across`, so that the
+/// outline does not matter to how finely a picture is drawn.
+pub fn nodes_within(outline: &Contour, across: usize) -> usize {
+    1 + (across.saturating_sub(1) as f64 / outline.share_of_extent().sqrt()).round() as usize
 }
 
 /// Nodes across that do justice to a picture of `pixels` across: two per pixel, as far as that stays quick to solve and to

@@ -4,10 +4,9 @@ use super::{
     console::say,
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
-    side_file::{SideFile, file_name},
+    side_file::file_name,
     workpiece::block_of,
 };
-use glam::DVec3;
 use glasswarp::{
     bench::{Bench, ExitFace},
     forward,
@@ -211,10 +210,9 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Reads a file whose coordinates are counted from `origin`.
-    pub(crate) fn read(path: &Path, origin: DVec3) -> Result<Self, Failure> {
-        let mesh = judge::read(path)?.moved(origin);
-        Ok(Self { path: path.into(), subject: Subject::of(Cow::Borrowed(&mesh), path)?, mesh })
+    /// Finds out what was read from this file.
+    pub(crate) fn of(mesh: Mesh, path: PathBuf) -> Result<Self, Failure> {
+        Ok(Self { subject: Subject::of(Cow::Borrowed(&mesh), &path)?, path, mesh })
     }
 
     /// Its light in every view that needs the file, but for its smooth surface, which is what is judged.
@@ -224,16 +222,6 @@ impl Judged {
         };
         VIEWS[1..].par_iter().map(look).collect()
     }
-}
-
-/// The other files of a design, read back from disk.
-pub(crate) fn read_others(
-    judged: &Path,
-    outputs: &[PathBuf],
-    side: &SideFile,
-) -> Result<Vec<(PathBuf, Mesh)>, Failure> {
-    let others: Vec<&PathBuf> = outputs.iter().filter(|path| *path != judged).collect();
-    others.into_par_iter().map(|path| Ok((path.clone(), judge::read(path)?.moved(side.origin_of(path))))).collect()
 }
 
 /// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.

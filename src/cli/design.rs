@@ -7,7 +7,7 @@ use super::{
     error::Failure,
     finish::Finished,
     imperfect::Seen,
-    json, memory,
+    json, judge, memory,
     opinion::{Foreseen, Opinion, draw_weakness},
     page::{self, DesignPage},
     plan::Plan,
@@ -25,6 +25,7 @@ use glasswarp::{
     solid::Origin,
     solver::Progress,
 };
+use glasswarp_verify::Mesh;
 use rayon::prelude::*;
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -99,12 +100,9 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.begin("writing files", 0);
     // Files are made on one core, and wait for the disk.
     let foresee = || if args.no_verify { Ok(None) } else { Foreseen::of(&plan, &block).map(Some) };
-    let (notes, foreseen) = rayon::join(|| write_files(&plan, &outputs, &block, args.height_map_cutter), foresee);
-    let (notes, foreseen) = (notes?, foreseen?);
-    // The way of a tip is no face that light could be traced through.
-    let is_face = |path: &&PathBuf| args.height_map_cutter.is_none() || HeightMapFormat::from_path(path).is_err();
-    let faces: Vec<PathBuf> = outputs.iter().filter(is_face).cloned().collect();
-    let judge = |foreseen| Opinion::of(&plan, &faces, &block, foreseen, &progress);
+    let (files, foreseen) = rayon::join(|| write_files(&plan, &outputs, &block, args), foresee);
+    let (Files { notes, read_back }, foreseen) = (files?, foreseen?);
+    let judge = |foreseen| Opinion::of(&plan, read_back, &block, foreseen, &progress);
     let opinion = foreseen.map(judge).transpose()?;
     progress.begin("drawing", 0);
     let draw = || match &opinion {
@@ -201,13 +199,17 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
 }
 
-/// Writes every file and the side files; returns what there is to say of them.
-fn write_files(
-    plan: &Plan,
-    outputs: &[PathBuf],
-    block: &Block,
-    cutter: Option<Cutter>,
-) -> Result<Vec<String>, Failure> {
+/// The files of a design.
+struct Files {
+    /// What there is to say of them.
+    notes: Vec<String>,
+    /// Those that are judged, as read back from disk.
+    read_back: Vec<(PathBuf, Mesh)>,
+}
+
+/// Writes every file and the side files, and reads back what is judged.
+fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block, args: &DesignArgs) -> Result<Files, Failure> {
+    let cutter = args.height_map_cutter;
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
@@ -227,11 +229,21 @@ fn write_files(
         }
         _ => export::export(output, &block.solid, &design).map(|()| None).map_err(Failure::exporting),
     };
-    // A file is hashed while the next is written.
-    let written = |output| -> Result<_, Failure> { Ok((write(output)?, side_file::hash_of(output)?)) };
-    let written: Vec<(Option<String>, String)> = outputs.par_iter().map(written).collect::<Result<_, _>>()?;
-    let (notes, hashes): (Vec<_>, Vec<_>) = written.into_iter().unzip();
-    let mut notes: Vec<String> = notes.into_iter().flatten().collect();
+    // The way of a tip is no face that light could be traced through.
+    let is_judged = |path: &Path| !args.no_verify && (cutter.is_none() || HeightMapFormat::from_path(path).is_err());
+    // A file is hashed and read back while the next is written.
+    let written = |output: &PathBuf| -> Result<_, Failure> {
+        let (note, hash) = (write(output)?, side_file::hash_of(output)?);
+        let mesh = is_judged(output).then(|| judge::read(output)).transpose()?;
+        Ok((note, hash, mesh.map(|mesh| (output.clone(), mesh))))
+    };
+    let written: Vec<_> = outputs.par_iter().map(written).collect::<Result<_, Failure>>()?;
+    let (mut notes, mut hashes, mut read_back) = (Vec::new(), Vec::new(), Vec::new());
+    for (note, hash, mesh) in written {
+        notes.extend(note);
+        hashes.push(hash);
+        read_back.extend(mesh);
+    }
     if let Some((map, mask)) = height_map.as_ref().and_then(|map| Some((map, map.mask()?))) {
         let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
         let masks: BTreeSet<PathBuf> = maps.map(|output| output.with_extension("mask.png")).collect();
@@ -260,7 +272,7 @@ fn write_files(
             },
         )?;
     }
-    Ok(notes)
+    Ok(Files { notes, read_back })
 }
 
 /// Writes a STEP file; returns how near its face is.

@@ -17,7 +17,7 @@ use glasswarp::{
     solver::Progress,
     target::to_picture_order,
 };
-use glasswarp_verify::{Image, PhotonPlan, Scene};
+use glasswarp_verify::{Image, Mesh, PhotonPlan, Scene};
 use image::GrayImage;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -66,28 +66,28 @@ impl Opinion {
     /// most.
     pub(crate) fn of(
         plan: &Plan,
-        outputs: &[PathBuf],
+        read_back: Vec<(PathBuf, Mesh)>,
         block: &Block,
         foreseen: Foreseen,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        progress.begin("reading back and tracing", 3);
-        let stl = outputs.iter().find(|path| matches!(Format::from_path(path), Ok(Format::Stl)));
-        let judged = stl.unwrap_or(&outputs[0]);
+        progress.begin("tracing", 3);
+        let stl = read_back.iter().position(|(path, _)| matches!(Format::from_path(path), Ok(Format::Stl)));
+        let mut others = read_back;
+        let (judged, mesh) = others.remove(stl.unwrap_or(0));
         // The bench as the side file gives it, which is what a stranger would have.
-        let side = SideFile::read(&side_file::path_beside(judged))?;
+        let side = SideFile::read(&side_file::path_beside(&judged))?;
         let scene = scene_of(&side.bench, &side.design)?;
         let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
-        let judge = || {
-            let judged = Judged::read(judged, side.origin_of(judged))?;
-            let (judgement, views) = rayon::join(
-                || judge::judge(&judged.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
-                || judged.views(&examiner),
-            );
-            Ok((judgement?, views?, judged))
-        };
-        let (first, others) = rayon::join(judge, || budget::read_others(judged, outputs, &side));
-        let ((judgement, views, first), others) = (first?, others?);
+        let moved = |path: &Path, mesh: Mesh| mesh.moved(side.origin_of(path));
+        let others: Vec<(PathBuf, Mesh)> =
+            others.into_iter().map(|(path, mesh)| (path.clone(), moved(&path, mesh))).collect();
+        let first = Judged::of(moved(&judged, mesh), judged)?;
+        let (judgement, views) = rayon::join(
+            || judge::judge(&first.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
+            || first.views(&examiner),
+        );
+        let (judgement, views) = (judgement?, views?);
         // It was looked at before there was a side file.
         let foreseen = if foreseen.scene == scene { foreseen } else { Foreseen::on(scene.clone(), plan, block)? };
         progress.advance(1);

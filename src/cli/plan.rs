@@ -65,7 +65,8 @@ impl Plan {
         let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
         let (block, light) = (bench.block(), bench.light());
         let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
-        let nodes = pipeline::node_grid(block, across).map_err(Failure::refused)?;
+        let nodes =
+            pipeline::node_grid(block, pipeline::nodes_within(&bench.contour(), across)).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
         if let Some(least) = settings.min_thickness {
             stock = stock.leaving_at_least(least.mm);

@@ -143,7 +143,8 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "OUTLINE", help_heading = "Block")]
     pub(crate) outline: Option<OutlineName>,
 
-    /// Height nodes across the width [default: two per pixel, 257 to 1025]
+    /// Height nodes across the width of a rectangle; a face of another outline has as many in all [default: two per pixel, 257 to
+    /// 1025]
     #[arg(long, value_name = "N", help_heading = "Block")]
     pub(crate) nodes: Option<usize>,
 

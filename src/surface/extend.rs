@@ -86,7 +86,7 @@ fn estimates(n: usize, at: impl Fn(usize) -> f64) -> Vec<Estimate> {
 
 /// Nodes beyond the outline whose heights are kept as far as there are any, and up to which they blend into the continuation, spacings:
 /// the spline within notices two of them.
-const KEPT: (f64, f64) = (2.0, 5.0);
+const KEPT: (f64, f64) = (3.0, 9.0);
 /// From where to where detail of the slope and of the bend across the outline fades, spacings.
 const DETAIL: (f64, f64) = (2.0, 5.0);
 /// Detail is what is finer along the outline than this, spacings: the width of a Gaussian.

@@ -31,6 +31,8 @@ const LEAST_STEP: f64 = 0.01;
 /// How far from a fold coefficients may change, in nodes, and how far around the light then depends on them.
 const FREE: usize = 4;
 const REACH: usize = 3;
+/// How much farther light from beyond the outline may move.
+const BEYOND: f64 = 5.0;
 /// Steps of differences: of a height, mm, and of a slope.
 const STEP: f64 = 1e-6;
 
@@ -67,9 +69,16 @@ struct Patch<'a> {
     free: BTreeMap<usize, usize>,
     /// Triangles of light: where they leave the block, mm, and twice their area on the receiver if light were spread evenly, mm^2.
     triangles: Vec<([DVec2; 3], f64)>,
-    /// Nodes of the block, mm, and where their light landed at first, mm.
-    nodes: Vec<(DVec2, DVec2)>,
-    /// Distance on the receiver that counts as much as a triangle without area: the side of a node's area, mm.
+    nodes: Vec<Node>,
+}
+
+/// A node of the lens.
+struct Node {
+    /// Its place on the block, mm, and where its light landed at first, mm.
+    at: DVec2,
+    landing: DVec2,
+    /// How far from there it counts as much as a triangle without area, mm: the side of a node's area on the receiver, and more beyond the
+    /// outline.
     distance_mm: f64,
 }
 
@@ -104,10 +113,10 @@ impl<'a> Patch<'a> {
         }
         free.values_mut().enumerate().for_each(|(number, place)| *place = number);
         let share = bench.window().area_mm2() / (bench.block().area_mm2() * bench.contour().share_of_extent());
-        let (mut triangles, mut lit) = (Vec::new(), BTreeSet::new());
+        let (mut triangles, mut nodes) = (Vec::new(), BTreeSet::new());
         for (row, column) in near(FREE + REACH) {
+            nodes.insert((row / per_node.1, column / per_node.0));
             forward::triangles(bench, beams, (column, row), |corners| {
-                lit.insert((row / per_node.1, column / per_node.0));
                 let even = share * twice_area(corners);
                 if even > 0.0 {
                     triangles.push((corners, even));
@@ -115,14 +124,17 @@ impl<'a> Patch<'a> {
             });
         }
         let distance_mm = (share * bench.block().node_spacing(nx, ny).element_product()).sqrt();
-        let mut patch =
-            Self { bench, light: Incidence::of(bench), spline, free, triangles, nodes: Vec::new(), distance_mm };
+        let mut patch = Self { bench, light: Incidence::of(bench), spline, free, triangles, nodes: Vec::new() };
         let contour = bench.contour();
-        let nodes = lit.into_iter().map(|(row, column)| bench.block().node(column, row, nx, ny));
+        let nodes = nodes.into_iter().map(|(row, column)| bench.block().node(column, row, nx, ny));
         patch.nodes = nodes
-            .filter(|&at| contour.is_rectangle() || contour.contains(at))
-            .map(|at| (at, patch.landing(&patch.spline, at)))
-            .filter(|(_, landing)| landing.is_finite())
+            .map(|at| {
+                // Light from the side comes through what is beyond the outline.
+                let lit = contour.is_rectangle() || contour.contains(at);
+                let distance_mm = if lit { distance_mm } else { BEYOND * distance_mm };
+                Node { at, landing: patch.landing(&patch.spline, at), distance_mm }
+            })
+            .filter(|node| node.landing.is_finite())
             .collect();
         patch
     }
@@ -142,10 +154,10 @@ impl<'a> Patch<'a> {
 
     /// The sum that is minimised.
     fn cost(&self, spline: &SurfaceSpline, weight: f64) -> f64 {
-        let moved = |(at, landing): &(DVec2, DVec2)| (self.landing(spline, *at) - landing).length_squared();
+        let moved = |node: &Node| ((self.landing(spline, node.at) - node.landing) / node.distance_mm).length_squared();
         let moved: Vec<f64> = self.nodes.par_iter().map(moved).collect();
         let lacks: Vec<f64> = self.triangles.par_iter().map(|triangle| self.lack(spline, triangle).0.powi(2)).collect();
-        moved.iter().sum::<f64>() / self.distance_mm.powi(2) + weight * lacks.iter().sum::<f64>()
+        moved.iter().sum::<f64>() + weight * lacks.iter().sum::<f64>()
     }
 
     /// One step; returns whether anything was folded before it.
@@ -209,10 +221,10 @@ impl<'a> Patch<'a> {
     }
 
     /// The equations that take the light of a node back to where it landed, along x and y.
-    fn distance(&self, &(at, landing): &(DVec2, DVec2)) -> [Row; 2] {
+    fn distance(&self, &Node { at, landing, distance_mm }: &Node) -> [Row; 2] {
         let (here, by) = self.derivatives(at);
         [DVec2::X, DVec2::Y].map(|axis| {
-            let along = axis / self.distance_mm;
+            let along = axis / distance_mm;
             let mut row = Row { derivatives: Vec::with_capacity(16), lacks: (landing - here).dot(along) };
             self.add(&mut row, at, along, by);
             row
