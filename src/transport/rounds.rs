@@ -9,7 +9,7 @@ use super::{
     path::OpticalPath,
     pyramid::{FORCING, RMS, Solved, record},
     report,
-    soften::soften,
+    soften::{self, soften},
     uneven,
     unfold::unfold,
 };
@@ -72,6 +72,13 @@ impl Best {
             tracing::debug!(error, folded = seen.folded, "without its folds");
             if seen.folded >= self.seen.folded {
                 break;
+            }
+            if let Some(softened) = &mut self.flaws.softened {
+                let violations = soften::count(&surface, bench, softened.radius_mm);
+                if violations > softened.violations {
+                    break;
+                }
+                softened.violations = violations;
             }
             (self.surface, self.seen, self.error) = (surface, seen, error);
         }

@@ -39,8 +39,13 @@ pub(super) fn soften(mut surface: HeightField, bench: &Bench, radius_mm: f64) ->
             surface = diffuse(&surface, &rates);
         }
     }
-    let violations = violations(&surface, bench, radius_mm).as_slice().iter().filter(|&&v| v).count();
+    let violations = count(&surface, bench, radius_mm);
     Softened { surface, violations }
+}
+
+/// Nodes that break a rule.
+pub(super) fn count(surface: &HeightField, bench: &Bench, radius_mm: f64) -> usize {
+    violations(surface, bench, radius_mm).as_slice().iter().filter(|&&v| v).count()
 }
 
 /// Nodes where the spline bends too much, or a half-node beam next to them is folded.
