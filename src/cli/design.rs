@@ -237,9 +237,15 @@ fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block, args: &DesignArg
         let mesh = is_judged(output).then(|| judge::read(output)).transpose()?;
         Ok((note, hash, mesh.map(|mesh| (output.clone(), mesh))))
     };
-    let written: Vec<_> = outputs.par_iter().map(written).collect::<Result<_, Failure>>()?;
+    // Text takes longest, and begins.
+    let is_text = |k: usize| matches!(Format::from_path(&outputs[k]), Ok(Format::Obj | Format::Step));
+    let mut order: Vec<usize> = (0..outputs.len()).collect();
+    order.sort_by_key(|&k| !is_text(k));
+    let in_order = order.into_par_iter().with_max_len(1).map(|k| Ok((k, written(&outputs[k])?)));
+    let mut written: Vec<_> = in_order.collect::<Result<_, Failure>>()?;
+    written.sort_by_key(|(k, _)| *k);
     let (mut notes, mut hashes, mut read_back) = (Vec::new(), Vec::new(), Vec::new());
-    for (note, hash, mesh) in written {
+    for (_, (note, hash, mesh)) in written {
         notes.extend(note);
         hashes.push(hash);
         read_back.extend(mesh);
