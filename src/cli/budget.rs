@@ -142,7 +142,7 @@ pub(crate) fn of_design(
     design: (&pipeline::Block, &Bench),
     exact: Exact,
     (judged, seen): (&Judged, Vec<Image>),
-    others: &[(PathBuf, Mesh)],
+    others: &[(Mesh, PathBuf)],
     examiner: &Examiner,
     judgement: &Judgement,
 ) -> Result<Vec<Step>, Failure> {
@@ -158,7 +158,7 @@ pub(crate) fn of_design(
     ];
     all.extend(VIEWS[1..].iter().zip(seen).map(|((view, ..), image)| ((*view).to_owned(), image)));
     ledger.book_all(all)?;
-    for (path, other) in others {
+    for (other, path) in others {
         let other_name = file_name(path);
         if other.triangles == judged.mesh.triangles && other.vertices == judged.mesh.vertices {
             ledger

@@ -79,10 +79,10 @@ impl Opinion {
         let side = SideFile::read(&side_file::path_beside(&judged))?;
         let scene = scene_of(&side.bench, &side.design)?;
         let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
-        let moved = |path: &Path, mesh: Mesh| mesh.moved(side.origin_of(path));
-        let others: Vec<(PathBuf, Mesh)> =
-            others.into_iter().map(|(path, mesh)| (path.clone(), moved(&path, mesh))).collect();
-        let first = Judged::of(moved(&judged, mesh), judged)?;
+        let moved = |(path, mesh): (PathBuf, Mesh)| (mesh.moved(side.origin_of(&path)), path);
+        let others: Vec<(Mesh, PathBuf)> = others.into_iter().map(moved).collect();
+        let (mesh, judged) = moved((judged, mesh));
+        let first = Judged::of(mesh, judged)?;
         let (judgement, views) = rayon::join(
             || judge::judge(&first.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
             || first.views(&examiner),

@@ -48,7 +48,7 @@ pub(super) struct Jet {
 }
 
 impl Jet {
-    fn hessian(&self) -> DMat2 {
+    pub(super) fn hessian(&self) -> DMat2 {
         let [xx, xy, yy] = self.curvature;
         DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
     }

@@ -221,8 +221,7 @@ impl PathSpline {
                 let from = within(position + DVec2::new(f64::from(i), f64::from(j)) * (0.25 * far));
                 let jet = self.jet(from);
                 let step = (position - from) * self.grid.spacing;
-                let [xx, xy, yy] = jet.curvature;
-                let rise = DVec2::new(xx * step.x + xy * step.y, xy * step.x + yy * step.y);
+                let rise = jet.hessian() * step;
                 let weight = of_row * of_column;
                 sum.value += weight * (jet.value + jet.slope.dot(step) + 0.5 * rise.dot(step));
                 sum.slope += weight * (jet.slope + rise);

@@ -142,8 +142,13 @@ impl<'a> Patch<'a> {
     /// Where light that leaves from the point of the block lands, mm.
     fn landing(&self, spline: &SurfaceSpline, at: DVec2) -> DVec2 {
         let sample = spline.sample(at);
-        let from = at.extend(sample.height_mm);
-        land(&self.light.at(from), self.bench, from, sample.slope)
+        self.landing_of(at, sample.height_mm, sample.slope)
+    }
+
+    /// The same for a face of this height and slope there.
+    fn landing_of(&self, at: DVec2, height_mm: f64, slope: DVec2) -> DVec2 {
+        let from = at.extend(height_mm);
+        land(&self.light.at(from), self.bench, from, slope)
     }
 
     /// What a triangle lacks of the wanted area, and whether it counts as folded. Nothing where light is reflected.
@@ -152,18 +157,21 @@ impl<'a> Patch<'a> {
         if share < OPENED { (OPENED - share, share < LEAST) } else { (0.0, false) }
     }
 
+    /// What every triangle lacks.
+    fn lacks(&self, spline: &SurfaceSpline) -> Vec<(f64, bool)> {
+        self.triangles.par_iter().map(|triangle| self.lack(spline, triangle)).collect()
+    }
+
     /// The sum that is minimised.
-    fn cost(&self, spline: &SurfaceSpline, weight: f64) -> f64 {
+    fn cost(&self, spline: &SurfaceSpline, lacks: &[(f64, bool)], weight: f64) -> f64 {
         let moved = |node: &Node| ((self.landing(spline, node.at) - node.landing) / node.distance_mm).length_squared();
         let moved: Vec<f64> = self.nodes.par_iter().map(moved).collect();
-        let lacks: Vec<f64> = self.triangles.par_iter().map(|triangle| self.lack(spline, triangle).0.powi(2)).collect();
-        moved.iter().sum::<f64>() + weight * lacks.iter().sum::<f64>()
+        moved.iter().sum::<f64>() + weight * lacks.iter().map(|(lack, _)| lack.powi(2)).sum::<f64>()
     }
 
     /// One step; returns whether anything was folded before it.
     fn improve(&mut self, weight: f64) -> bool {
-        let lacks: Vec<(f64, bool)> =
-            self.triangles.par_iter().map(|triangle| self.lack(&self.spline, triangle)).collect();
+        let lacks = self.lacks(&self.spline);
         if !lacks.iter().any(|(_, folded)| *folded) {
             return false;
         }
@@ -171,12 +179,12 @@ impl<'a> Patch<'a> {
         let mut rows: Vec<Row> = areas.map(|(triangle, (lack, _))| self.area(triangle, *lack, weight.sqrt())).collect();
         rows.par_extend(self.nodes.par_iter().flat_map_iter(|node| self.distance(node)));
         let change = least_squares(&rows, self.free.len());
-        let before = self.cost(&self.spline, weight);
+        let before = self.cost(&self.spline, &lacks, weight);
         let mut step = 1.0;
         self.spline = loop {
             let mut next = self.spline.clone();
             next.change(self.free.iter().map(|(&place, &number)| (place, step * change[number])));
-            if step < LEAST_STEP || self.cost(&next, weight) < before {
+            if step < LEAST_STEP || self.cost(&next, &self.lacks(&next), weight) < before {
                 break next;
             }
             step *= 0.5;
@@ -187,12 +195,10 @@ impl<'a> Patch<'a> {
     /// Derivatives of a point's landing by its height and by its slope along x and y.
     fn derivatives(&self, at: DVec2) -> (DVec2, [DVec2; 3]) {
         let sample = self.spline.sample(at);
-        let landing = |height_mm: f64, slope: DVec2| {
-            let from = at.extend(sample.height_mm + height_mm);
-            land(&self.light.at(from), self.bench, from, sample.slope + slope)
+        let here = self.landing_of(at, sample.height_mm, sample.slope);
+        let by = |height_mm: f64, slope: DVec2| {
+            (self.landing_of(at, sample.height_mm + height_mm, sample.slope + slope) - here) / STEP
         };
-        let here = landing(0.0, DVec2::ZERO);
-        let by = |height_mm: f64, slope: DVec2| (landing(height_mm, slope) - here) / STEP;
         (here, [by(STEP, DVec2::ZERO), by(0.0, DVec2::X * STEP), by(0.0, DVec2::Y * STEP)])
     }
 
@@ -303,12 +309,7 @@ mod tests {
             let after = unfold(&surface, &bench, BEAMS, &before.folds);
             assert_eq!(seen(&after, &bench).folds, [], "{outline:?}");
             let (old, new) = (SurfaceSpline::through(&surface), SurfaceSpline::through(&after));
-            let light = Incidence::of(&bench);
-            let landing = |spline: &SurfaceSpline, at: DVec2| {
-                let sample = spline.sample(at);
-                let from = at.extend(sample.height_mm);
-                land(&light.at(from), &bench, from, sample.slope)
-            };
+            let patch = Patch::around(&surface, &bench, BEAMS, &[]);
             let mut furthest = 0.0_f64;
             for j in 0..NODES {
                 for i in 0..NODES {
@@ -316,7 +317,7 @@ mod tests {
                     if !(bench.contour().is_rectangle() || bench.contour().contains(at)) {
                         continue;
                     }
-                    let moved = (landing(&old, at) - landing(&new, at)).length();
+                    let moved = (patch.landing(&old, at) - patch.landing(&new, at)).length();
                     furthest = furthest.max(moved);
                     let near = dents.iter().any(|dent| dent.0.abs_diff(i).max(dent.1.abs_diff(j)) < 14);
                     // The mean of all heights moves a little.
