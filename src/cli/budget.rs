@@ -7,6 +7,7 @@ use super::{
     side_file::file_name,
     workpiece::block_of,
 };
+use glam::DVec3;
 use glasswarp::{
     bench::{Bench, ExitFace},
     forward,
@@ -18,14 +19,11 @@ use glasswarp::{
 };
 use glasswarp_verify::{
     Geometry, Image, Mesh, Surface,
-    metrics::{self, Metrics},
+    metrics::{self, Likeness},
 };
 use image::GrayImage;
 use rayon::prelude::*;
-use std::{
-    borrow::Cow,
-    path::{Path, PathBuf},
-};
+use std::{borrow::Cow, path::Path};
 
 /// A way of looking at the block.
 pub(crate) struct Step {
@@ -37,12 +35,12 @@ pub(crate) struct Step {
 /// What a step showed.
 pub(crate) struct Seen {
     pub(crate) image: Image,
-    pub(crate) metrics: Metrics,
+    pub(crate) likeness: Likeness,
     /// Relative RMS difference from the light of the true surface of the file: what this step alone does.
     pub(crate) moved: f64,
 }
 
-/// The steps that need nothing but the file.
+/// The ways to see a block otherwise than as its smooth surface where it is.
 const VIEWS: [(&str, Surface, Geometry); 3] = [
     ("on the normal-mapped plane (the paper's assumption)", Surface::Spline, Geometry::NormalMappedPlane),
     ("triangles with smooth normals (renderers)", Surface::Smooth, Geometry::Displaced),
@@ -58,9 +56,9 @@ struct Ledger<'a> {
 
 impl Ledger<'_> {
     fn book(&mut self, name: impl Into<String>, image: Image) -> Result<(), Failure> {
-        if let Some(metrics) = self.examiner.compare(&image)? {
+        if let Some(likeness) = self.examiner.likeness(&image)? {
             let moved = metrics::rel_rms(&image, self.truth).map_err(Failure::refused)?;
-            self.steps.push(Step { name: name.into(), seen: Some(Seen { image, metrics, moved }) });
+            self.steps.push(Step { name: name.into(), seen: Some(Seen { image, likeness, moved }) });
         }
         Ok(())
     }
@@ -77,120 +75,194 @@ impl Ledger<'_> {
         Ok(())
     }
 
-    fn look(&mut self, name: &str, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<(), Failure> {
+    /// Books a design, or a file of it, whose vertices are off the judged ones; it is looked at only if that can be seen.
+    fn book_near(
+        &mut self,
+        name: String,
+        off: Off,
+        (block, bench): (&pipeline::Block, &Bench),
+        subject: impl FnOnce() -> Result<Subject, Failure>,
+    ) -> Result<(), Failure> {
+        let most = farthest(off, block, bench);
+        let name = format!("{name} within {:.2} nm", 1e6 * off.across_mm.hypot(off.height_mm));
+        if most >= NO_PIXEL * bench.window().width_mm / self.examiner.pixels().0 as f64 {
+            return self.look(name, &subject()?, Surface::Spline, Geometry::Displaced);
+        }
+        self.steps.push(Step { name: format!("{name}: light moves by at most {:.1} um", 1e3 * most), seen: None });
+        Ok(())
+    }
+
+    fn look(
+        &mut self,
+        name: impl Into<String>,
+        subject: &Subject,
+        surface: Surface,
+        geometry: Geometry,
+    ) -> Result<(), Failure> {
         let image = self.examiner.look(subject, surface, geometry)?.image;
         self.book(name, image)
     }
+}
+/// The light of a block in every [view](VIEWS). Empty for another solid, or without a target.
+pub(crate) fn views(subject: &Subject, examiner: &Examiner) -> Result<Vec<Image>, Failure> {
+    if examiner.wanted().is_none() || matches!(subject, Subject::Solid(_)) {
+        return Ok(Vec::new());
+    }
+    let look = |&(_, surface, geometry): &(_, Surface, Geometry)| {
+        examiner.look(subject, surface, geometry).map(|seen| seen.image)
+    };
+    VIEWS.par_iter().map(look).collect()
+}
+
+/// The steps that need nothing but a file: what its `name` shows as it is judged, and its [views].
+fn steps_of(name: &str, judgement: &Judgement, views: Vec<Image>) -> Vec<(String, Image)> {
+    let viewed = VIEWS.iter().zip(views).map(|((view, ..), image)| ((*view).to_owned(), image));
+    std::iter::once((name.to_owned(), judgement.caustic.clone())).chain(viewed).collect()
 }
 
 /// A block seen otherwise than as its smooth surface where it really is. Empty for another solid, or without a target.
 pub(crate) fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgement) -> Result<Vec<Step>, Failure> {
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
-    if let (Subject::Block(_), Some(_)) = (subject, examiner.wanted()) {
-        ledger.book("the smooth surface through the vertices", judgement.caustic.clone())?;
-        for (name, surface, geometry) in VIEWS {
-            ledger.look(name, subject, surface, geometry)?;
-        }
+    let views = views(subject, examiner)?;
+    if !views.is_empty() {
+        ledger.book_all(steps_of("the smooth surface through the vertices", judgement, views))?;
     }
     Ok(ledger.steps)
 }
 
-/// The light of a design before there is a file: nothing of it waits for one.
-pub(crate) struct Exact {
-    /// As the solver itself casts it.
-    own: Image,
-    /// Of the heights in double precision, on the plane and where they are.
-    plane: Image,
-    displaced: Image,
+/// The light of a design as the solver itself casts it. `seen` is what it saw last, if it is that of this very face; otherwise it is
+/// cast again.
+pub(crate) fn own_light(
+    block: &pipeline::Block,
+    bench: &Bench,
+    seen: Option<&Field<f64>>,
+    examiner: &Examiner,
+) -> Image {
+    let seen = seen.filter(|light| (light.nx(), light.ny()) == examiner.pixels());
+    judge::image_of(&seen.cloned().unwrap_or_else(|| {
+        let spline = SurfaceSpline::through(&block.surface);
+        let displaced = forward::Geometry::Displaced;
+        forward::irradiance(&spline, bench, displaced, examiner.beams(), examiner.pixels()).irradiance
+    }))
 }
 
-impl Exact {
-    /// `own` is the light that the solver saw last, if it is that of this very face; otherwise it is cast again.
-    pub(crate) fn of(
-        block: &pipeline::Block,
-        bench: &Bench,
-        own: Option<&Field<f64>>,
-        examiner: &Examiner,
-    ) -> Result<Self, Failure> {
-        let own = own.filter(|light| (light.nx(), light.ny()) == examiner.pixels()).cloned().unwrap_or_else(|| {
-            let spline = SurfaceSpline::through(&block.surface);
-            let displaced = forward::Geometry::Displaced;
-            forward::irradiance(&spline, bench, displaced, examiner.beams(), examiner.pixels()).irradiance
-        });
-        let exact = match block.solid.rim_z_mm() {
-            _ if block.solid.contour().is_some() => {
-                Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the height field"))?
-            }
-            None => Subject::Block(Box::new(block_of(block.solid.surface(), block.solid.entry_z_mm())?.with_spline())),
-            Some(_) => {
-                let heights_mm = block.solid.surface().heights_mm();
-                Subject::of(Cow::Owned(mesh_of(&block.solid, Some(heights_mm))), Path::new("the height field"))?
-            }
-        };
-        let look = |geometry| examiner.look(&exact, Surface::Spline, geometry).map(|seen| seen.image);
-        Ok(Self {
-            own: judge::image_of(&own),
-            plane: look(Geometry::NormalMappedPlane)?,
-            displaced: look(Geometry::Displaced)?,
-        })
+/// The file of a design that is judged, read back from disk.
+pub(crate) struct Judged<'a> {
+    path: &'a Path,
+    mesh: Mesh,
+    pub(crate) subject: Subject,
+}
+
+impl<'a> Judged<'a> {
+    /// Finds out what was read from this file.
+    pub(crate) fn of(mesh: Mesh, path: &'a Path) -> Result<Self, Failure> {
+        Ok(Self { subject: Subject::of(Cow::Borrowed(&mesh), path)?, path, mesh })
     }
 }
 
-/// Every step of a design: what is known without a file, the first file as read back in every view, and the other files. `judged`
-/// is the first file with its [views](Judged::views), and `judgement` was made of it.
+/// The steps of a design as far as the file that is judged: what the solver saw, and the file as read back in every view. `views` are
+/// [those](views) of the file, and `judgement` was made of it.
 pub(crate) fn of_design(
     design: (&pipeline::Block, &Bench),
-    exact: Exact,
-    (judged, seen): (&Judged, Vec<Image>),
-    others: &[(Mesh, PathBuf)],
+    own: Image,
+    (judged, views): (&Judged<'_>, Vec<Image>),
     examiner: &Examiner,
     judgement: &Judgement,
 ) -> Result<Vec<Step>, Failure> {
     let _span = tracing::info_span!("error budget").entered();
-    let (block, bench) = design;
+    let (block, name) = (design.0, file_name(judged.path));
+    let own = ("the solver's own map".to_owned(), own);
+    let read_back = steps_of(&format!("{name} read back, its smooth surface"), judgement, views);
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
-    let name = file_name(&judged.path);
-    let mut all = vec![
-        ("the solver's own map".to_owned(), exact.own),
-        ("height field, on the normal-mapped plane".to_owned(), exact.plane),
-        ("height field, on the displaced surface".to_owned(), exact.displaced),
-        (format!("{name} read back, its smooth surface"), judgement.caustic.clone()),
-    ];
-    all.extend(VIEWS[1..].iter().zip(seen).map(|((view, ..), image)| ((*view).to_owned(), image)));
-    ledger.book_all(all)?;
-    for (other, path) in others {
-        let other_name = file_name(path);
-        if other.triangles == judged.mesh.triangles && other.vertices == judged.mesh.vertices {
-            ledger
-                .steps
-                .push(Step { name: format!("{other_name} read back: the vertices of {name}, bit by bit"), seen: None });
-            continue;
-        }
-        let subject = || Subject::of(Cow::Borrowed(other), path);
-        if other.triangles != judged.mesh.triangles {
-            let name = format!("{other_name} read back, its smooth surface");
-            ledger.look(&name, &subject()?, Surface::Spline, Geometry::Displaced)?;
-            continue;
-        }
-        let worst = other.vertices.iter().zip(&judged.mesh.vertices).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-        let name = format!("{other_name} read back, vertices within {:.1} nm", 1e6 * worst);
-        let most = farthest(worst, block, bench);
-        if most < NO_PIXEL * bench.window().width_mm / examiner.pixels().0 as f64 {
-            let name = format!("{name}: they move light by at most {:.1} um", 1e3 * most);
-            ledger.steps.push(Step { name, seen: None });
-        } else {
-            ledger.look(&name, &subject()?, Surface::Spline, Geometry::Displaced)?;
+    ledger.book_all(std::iter::once(own).chain(read_back).collect())?;
+    let after = ledger.steps.split_off(ledger.steps.len().min(1));
+    let exact = "the height field in double precision";
+    match off_nodes(block, &judged.subject) {
+        Some(off) => ledger.book_near(format!("{exact}, nodes"), off, design, || double_precision(block))?,
+        None => ledger.look(exact, &double_precision(block)?, Surface::Spline, Geometry::Displaced)?,
+    }
+    ledger.steps.extend(after);
+    Ok(ledger.steps)
+}
+
+/// What another file does to the light, beside the one that is judged. Nothing without a target.
+pub(crate) fn of_other(
+    design: (&pipeline::Block, &Bench),
+    judged: &Judged<'_>,
+    (path, mesh): (&Path, Mesh),
+    examiner: &Examiner,
+    judgement: &Judgement,
+) -> Result<Vec<Step>, Failure> {
+    let _span = tracing::info_span!("compare", file = %path.display()).entered();
+    let (name, first) = (file_name(path), file_name(judged.path));
+    let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
+    let alike = mesh.triangles == judged.mesh.triangles;
+    if alike && mesh.vertices == judged.mesh.vertices {
+        let name = format!("{name} read back: the vertices of {first}, bit by bit");
+        return Ok(vec![Step { name, seen: None }]);
+    }
+    let off = alike.then(|| Off::between(&mesh.vertices, &judged.mesh.vertices));
+    let subject = || Subject::of(Cow::Owned(mesh), path);
+    match off {
+        Some(off) => ledger.book_near(format!("{name} read back, vertices"), off, design, subject)?,
+        None => {
+            let name = format!("{name} read back, its smooth surface");
+            ledger.look(name, &subject()?, Surface::Spline, Geometry::Displaced)?;
         }
     }
     Ok(ledger.steps)
+}
+
+/// How far the vertices of one face are from those of another, at most, mm.
+#[derive(Clone, Copy)]
+struct Off {
+    across_mm: f64,
+    height_mm: f64,
+}
+
+impl Off {
+    fn between(one: &[DVec3], other: &[DVec3]) -> Self {
+        let farther = |most: DVec3, (a, b): (&DVec3, &DVec3)| most.max((*a - *b).abs());
+        let most = one.iter().zip(other).fold(DVec3::ZERO, farther);
+        Self { across_mm: most.truncate().length(), height_mm: most.z }
+    }
+}
+
+/// How far the nodes of a block that was read back are from those of its design. `None` if it has others.
+fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
+    let Subject::Block(found) = found else { return None };
+    let face = design.solid.surface();
+    let nodes = (face.heights_mm().nx(), face.heights_mm().ny());
+    let heights_mm = face.heights_mm().as_slice();
+    let off = |k: usize| if found.knows(k) { (heights_mm[k] - found.heights_mm()[k]).abs() } else { 0.0 };
+    (found.nodes() == nodes).then(|| Off {
+        across_mm: (face.extent().as_vec() - found.size_mm()).length(),
+        height_mm: (0..heights_mm.len()).map(off).fold(0.0, f64::max),
+    })
+}
+
+/// The exit face of a design with all digits of its heights.
+fn double_precision(block: &pipeline::Block) -> Result<Subject, Failure> {
+    let solid = &block.solid;
+    let place = Path::new("the height field");
+    match solid.rim_z_mm() {
+        _ if solid.contour().is_some() => Subject::of(Cow::Owned(mesh_of(solid, None)), place),
+        None => Ok(Subject::Block(Box::new(block_of(solid.surface(), solid.entry_z_mm())?.with_spline()))),
+        Some(_) => Subject::of(Cow::Owned(mesh_of(solid, Some(solid.surface().heights_mm()))), place),
+    }
 }
 
 /// Part of a pixel that nobody sees.
 const NO_PIXEL: f64 = 0.05;
 
-/// How far light can move on the receiver if nodes move by this much, mm: the slope between neighbours changes by twice that over
-/// their distance.
-fn farthest(nodes_mm: f64, block: &pipeline::Block, bench: &Bench) -> f64 {
+/// How much the slope of a bicubic not-a-knot spline changes at most, in units of e/h, if its heights at nodes of spacing h are off
+/// by e: sqrt(2) times 8.62, the greatest sum of the derivatives of its cardinal functions along one axis (at an edge; 3 elsewhere), times
+/// 1.97, that of the functions along the other (1.55 elsewhere).
+const SPLINE_SLOPE: f64 = 24.1;
+
+/// How far light can move on the receiver, mm, if vertices are off by so much. They are taken to stand on a regular grid: their heights
+/// turn the light, their places take it along.
+fn farthest(off: Off, block: &pipeline::Block, bench: &Bench) -> f64 {
     let face = block.solid.surface();
     let spacing = face.extent().node_spacing(face.heights_mm().nx(), face.heights_mm().ny()).min_element();
     let turned = match bench.exit_face() {
@@ -199,34 +271,12 @@ fn farthest(nodes_mm: f64, block: &pipeline::Block, bench: &Bench) -> f64 {
     };
     // Rays from the side are longer, and spread the more.
     let way = (bench.receiver().point(bench.window_centre_mm()).length() / bench.distance_mm()).powi(3);
-    turned * bench.distance_mm() * way * 2.0 * nodes_mm / spacing
-}
-
-/// The file of a design that is judged, read back from disk.
-pub(crate) struct Judged {
-    path: PathBuf,
-    mesh: Mesh,
-    pub(crate) subject: Subject,
-}
-
-impl Judged {
-    /// Finds out what was read from this file.
-    pub(crate) fn of(mesh: Mesh, path: PathBuf) -> Result<Self, Failure> {
-        Ok(Self { subject: Subject::of(Cow::Borrowed(&mesh), &path)?, path, mesh })
-    }
-
-    /// Its light in every view that needs the file, but for its smooth surface, which is what is judged.
-    pub(crate) fn views(&self, examiner: &Examiner) -> Result<Vec<Image>, Failure> {
-        let look = |&(_, surface, geometry): &(_, Surface, Geometry)| {
-            examiner.look(&self.subject, surface, geometry).map(|seen| seen.image)
-        };
-        VIEWS[1..].par_iter().map(look).collect()
-    }
+    off.across_mm + turned * bench.distance_mm() * way * SPLINE_SLOPE * off.height_mm / spacing
 }
 
 /// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.
 pub(crate) fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
-    let mut vertices: Vec<glam::DVec3> =
+    let mut vertices: Vec<DVec3> =
         (0..solid.vertex_count()).map(|v| glam::Vec3::from(solid.vertex(v)).as_dvec3() + solid.origin_mm()).collect();
     if let Some(heights_mm) = heights_mm {
         vertices.iter_mut().zip(heights_mm.as_slice()).for_each(|(vertex, &z)| vertex.z = z);
@@ -243,8 +293,8 @@ pub(crate) fn print(steps: &[Step], distance_mm: f64) {
     say!("\nThe same block, step by step                            relative RMS     SSIM   moved by");
     for Step { name, seen } in steps {
         match seen {
-            Some(Seen { metrics, moved, .. }) => {
-                say!("  {name:<53} {:>12.4} {:>8.4} {moved:>10.5}", metrics.rel_rms, metrics.ssim);
+            Some(Seen { likeness, moved, .. }) => {
+                say!("  {name:<53} {:>12.4} {:>8.4} {moved:>10.5}", likeness.rel_rms, likeness.ssim);
             }
             None => say!("  {name}"),
         }
@@ -264,7 +314,7 @@ pub(crate) fn sheet(steps: &[Step], wanted: &Image, exposure: Exposure) -> GrayI
         .iter()
         .map(|step| BudgetStep {
             name: step.name.clone(),
-            seen: step.seen.as_ref().map(|seen| (judge::field_of(&seen.image), seen.metrics.rel_rms)),
+            seen: step.seen.as_ref().map(|seen| (judge::field_of(&seen.image), seen.likeness.rel_rms)),
         })
         .collect();
     report::budget_sheet(&judge::field_of(wanted), &drawn, exposure)

@@ -5,30 +5,26 @@ use super::{
     budget,
     console::{self, say},
     error::Failure,
+    files::{self, Files},
     finish::Finished,
     imperfect::Seen,
-    json, judge, memory,
-    opinion::{Foreseen, Opinion, draw_weakness},
-    page::{self, DesignPage},
+    json, memory,
+    opinion::{Opinion, draw_weakness},
+    page::{self, DesignPage, Portrait},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
-    side_file::{self, BenchRecord},
-    toml_file,
+    side_file, toml_file,
 };
 use glasswarp::{
-    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
+    export::{self, Format, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
-    report,
     solid::Origin,
     solver::Progress,
 };
-use glasswarp_verify::Mesh;
-use rayon::prelude::*;
 use std::{
-    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
     time::{Duration, Instant},
 };
@@ -51,7 +47,7 @@ pub(crate) struct DesignArgs {
     /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they then tell where its tip goes. For
     /// programs that move the tool to the heights of the picture
     #[arg(long, value_name = "CUTTER", requires = "height_map")]
-    height_map_cutter: Option<Cutter>,
+    pub(crate) height_map_cutter: Option<Cutter>,
 
     #[command(flatten)]
     settings: Settings,
@@ -97,21 +93,24 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
-    progress.begin("writing files", 0);
-    // Files are made on one core, and wait for the disk.
-    let foresee = || if args.no_verify { Ok(None) } else { Foreseen::of(&plan, &block).map(Some) };
-    let (files, foreseen) = rayon::join(|| write_files(&plan, &outputs, &block, args), foresee);
-    let (Files { notes, read_back }, foreseen) = (files?, foreseen?);
-    let judge = |foreseen| Opinion::of(&plan, read_back, &block, foreseen, &progress);
-    let opinion = foreseen.map(judge).transpose()?;
+    progress.begin("writing files and tracing", 0);
+    let task = files::Task { plan: &plan, block: &block, outputs: &outputs, args };
+    let (Files { notes, others }, (portrait, opinion)) = files::make(&task, |first| {
+        // Before there is a file to look at.
+        let portrait = Portrait::of(&block, &plan.bench);
+        (portrait, if args.no_verify { Ok(None) } else { Opinion::of(&plan, &block, first) })
+    })?;
+    let mut opinion = opinion?;
+    opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(&plan, &block, others))?;
     progress.begin("drawing", 0);
     let draw = || match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &block),
+        Some(opinion) => opinion.draw(&plan, &outputs[0], &portrait),
         None => draw_weakness(&plan, &outputs[0], &block),
     };
     let write_page = || {
-        let opinion = opinion.as_ref();
-        let page = DesignPage { plan: &plan, outputs: &outputs, block: &block, opinion, notes: &notes, solved };
+        let (opinion, portrait) = (opinion.as_ref(), &portrait);
+        let page =
+            DesignPage { plan: &plan, outputs: &outputs, block: &block, portrait, opinion, notes: &notes, solved };
         report.as_ref().map_or(Ok(()), |path| page.write(path))
     };
     let (pictures, written) = rayon::join(draw, write_page);
@@ -197,120 +196,6 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     let folder = named.parent().and_then(Path::file_name).map(PathBuf::from);
     let name = if named == picture { stem(named) } else { folder.or_else(|| stem(named)) };
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
-}
-
-/// The files of a design.
-struct Files {
-    /// What there is to say of them.
-    notes: Vec<String>,
-    /// Those that are judged, as read back from disk.
-    read_back: Vec<(PathBuf, Mesh)>,
-}
-
-/// Writes every file and the side files, and reads back what is judged.
-fn write_files(plan: &Plan, outputs: &[PathBuf], block: &Block, args: &DesignArgs) -> Result<Files, Failure> {
-    let cutter = args.height_map_cutter;
-    let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
-    let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
-    let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
-    let height_map = wants_map.then(|| match cutter {
-        Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
-        None => HeightMap::of(&block.solid),
-    });
-    // Text is made on one core; several files take turns.
-    let write = |output: &PathBuf| match (Format::from_path(output), &height_map) {
-        (Ok(Format::Step), _) => write_step(plan, output, block, &design).map(Some),
-        (Err(_), Some(map)) => {
-            map.write(output).map(|()| Some(height_map_note(output, map))).map_err(|error| match error {
-                HeightMapError::Write(error) => Failure::writing(error),
-                refused => Failure::refused(refused),
-            })
-        }
-        _ => export::export(output, &block.solid, &design).map(|()| None).map_err(Failure::exporting),
-    };
-    // The way of a tip is no face that light could be traced through.
-    let is_judged = |path: &Path| !args.no_verify && (cutter.is_none() || HeightMapFormat::from_path(path).is_err());
-    // A file is hashed and read back while the next is written.
-    let written = |output: &PathBuf| -> Result<_, Failure> {
-        let (note, hash) = (write(output)?, side_file::hash_of(output)?);
-        let mesh = is_judged(output).then(|| judge::read(output)).transpose()?;
-        Ok((note, hash, mesh.map(|mesh| (output.clone(), mesh))))
-    };
-    // Text takes longest, and begins.
-    let is_text = |k: usize| matches!(Format::from_path(&outputs[k]), Ok(Format::Obj | Format::Step));
-    let mut order: Vec<usize> = (0..outputs.len()).collect();
-    order.sort_by_key(|&k| !is_text(k));
-    let in_order = order.into_par_iter().with_max_len(1).map(|k| Ok((k, written(&outputs[k])?)));
-    let mut written: Vec<_> = in_order.collect::<Result<_, Failure>>()?;
-    written.sort_by_key(|(k, _)| *k);
-    let (mut notes, mut hashes, mut read_back) = (Vec::new(), Vec::new(), Vec::new());
-    for (_, (note, hash, mesh)) in written {
-        notes.extend(note);
-        hashes.push(hash);
-        read_back.extend(mesh);
-    }
-    if let Some((map, mask)) = height_map.as_ref().and_then(|map| Some((map, map.mask()?))) {
-        let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
-        let masks: BTreeSet<PathBuf> = maps.map(|output| output.with_extension("mask.png")).collect();
-        for path in masks {
-            report::write_png(&path, &mask).map_err(Failure::writing)?;
-            notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));
-        }
-    }
-    for (output, hash) in outputs.iter().zip(hashes) {
-        sets.entry(side_file::path_beside(output)).or_default().push((output, hash));
-    }
-    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
-    for (path, outputs) in &sets {
-        side_file::write(
-            path,
-            &side_file::Record {
-                picture: &plan.picture,
-                settings: &plan.settings,
-                bench: &bench,
-                solver: plan.solver,
-                transfer: plan.transfer,
-                solid: &block.solid,
-                height_map: height_map.as_ref(),
-                done: None,
-                outputs,
-            },
-        )?;
-    }
-    Ok(Files { notes, read_back })
-}
-
-/// Writes a STEP file; returns how near its face is.
-fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
-    let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
-    export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
-        .map_err(Failure::writing)?;
-    let (points, nodes) = (fit.net.points(), plan.nodes);
-    let kind = if points == nodes { "the spline through all nodes" } else { "a fit to the nodes" };
-    Ok(format!(
-        "{}: {} x {} control points, {kind}; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
-        output.display(),
-        points.0,
-        points.1,
-        1e3 * fit.error.greatest_mm,
-        1e3 * fit.error.rms_mm,
-        1e6 * fit.error.slope_rms
-    ))
-}
-
-fn height_map_note(output: &Path, map: &HeightMap) -> String {
-    let (low, high) = map.range_mm();
-    let (pitch, size) = (map.pitch_mm(), map.picture_size_mm());
-    format!(
-        "{}: {:.6} x {:.6} mm per pixel, {:.3} x {:.3} mm, black {low:.4} mm, white {high:.4} mm ({:.4} mm deep)",
-        output.display(),
-        pitch.x,
-        pitch.y,
-        size.x,
-        size.y,
-        high - low
-    )
 }
 
 /// Prints what was made.

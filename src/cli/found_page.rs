@@ -12,7 +12,7 @@ use glasswarp::{
     fabricate::Shape,
     grid::{Extent, Field},
     light::Intensity,
-    report::{self, Cost, Exposure, Facts, Highlight, Model, Page, View},
+    report::{self, Cost, Exposure, Facts, Highlight, Isocontours, Model, Page, View},
     surface::HeightField,
 };
 use glasswarp_verify::{Light, Scene, metrics::Metrics};
@@ -42,7 +42,7 @@ impl FoundPage<'_> {
     /// Writes the report.
     pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
         let bench = self.bench()?;
-        let shape = Shape::of(self.surface);
+        let (shape, contours) = (Shape::of(self.surface), Isocontours::of(self.surface));
         let (extent, (low, high)) = (self.surface.extent(), self.surface.heights_mm().min_max());
         let half = 0.5 * extent.as_vec();
         let mut rows = vec![
@@ -77,6 +77,7 @@ impl FoundPage<'_> {
                 bench: &bench,
                 slope: shape.slope(),
                 hollow_per_mm: shape.hollow_per_mm(),
+                contours: &contours,
             },
             target: wanted.map(|wanted| super::page::target_view(wanted, self.exposure)),
             caustic: self.caustic,

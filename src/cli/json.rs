@@ -559,8 +559,8 @@ impl From<&Step> for BudgetStep {
         let seen = step.seen.as_ref();
         Self {
             name: step.name.clone(),
-            rel_rms: seen.and_then(|seen| finite(seen.metrics.rel_rms)),
-            ssim: seen.and_then(|seen| finite(seen.metrics.ssim)),
+            rel_rms: seen.and_then(|seen| finite(seen.likeness.rel_rms)),
+            ssim: seen.and_then(|seen| finite(seen.likeness.ssim)),
             moved: seen.and_then(|seen| finite(seen.moved)),
         }
     }

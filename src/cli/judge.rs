@@ -10,7 +10,7 @@ use glasswarp_verify::{
     Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer,
     Traversal, beams, facet_beams,
     load::{self, LoadError},
-    metrics::{self, Metrics},
+    metrics::{self, Likeness, Metrics},
     photons,
 };
 use std::{borrow::Cow, path::Path};
@@ -176,6 +176,11 @@ impl Examiner {
     /// How well an image agrees with the target, if there is one.
     pub(crate) fn compare(&self, image: &Image) -> Result<Option<Metrics>, Failure> {
         self.wanted.as_ref().map(|wanted| metrics::compare(image, wanted).map_err(Failure::refused)).transpose()
+    }
+
+    /// The same, but only what tells most.
+    pub(crate) fn likeness(&self, image: &Image) -> Result<Option<Likeness>, Failure> {
+        self.wanted.as_ref().map(|wanted| metrics::likeness(image, wanted).map_err(Failure::refused)).transpose()
     }
 }
 

@@ -13,6 +13,7 @@ mod cutters;
 mod design;
 mod diagnosis;
 mod error;
+mod files;
 mod finish;
 mod found_page;
 #[cfg(test)]

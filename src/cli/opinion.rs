@@ -4,33 +4,37 @@ use super::{
     bench::scene_of,
     budget::{self, Judged, Step},
     error::Failure,
+    files::First,
     finish::Finished,
     imperfect::Seen,
     judge::{self, Examiner, Judgement},
+    page::Portrait,
     plan::Plan,
-    side_file::{self, BenchRecord, SideFile},
+    side_file::SideFile,
 };
 use glasswarp::{
-    export::Format,
     pipeline::Block,
     report::{self, Exposure},
-    solver::Progress,
     target::to_picture_order,
 };
-use glasswarp_verify::{Image, Mesh, PhotonPlan, Scene};
+use glasswarp_verify::{Image, Mesh, PhotonPlan};
 use image::GrayImage;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
-/// Photons that confirm the beams of a design: enough to find a fault, few enough not to be waited for.
-const PHOTONS: u64 = 1 << 18;
+/// Photons that confirm the beams of a design, one per pixel within these limits: enough to find a fault, few enough not to be waited
+/// for.
+const PHOTONS: [u64; 2] = [1 << 16, 1 << 18];
 /// Photons in spread light, of which beams know nothing.
 const SPREAD_PHOTONS: u64 = 8_000_000;
 /// Pixels across at which a design is judged, at most.
 const PIXELS: usize = 1024;
 
 /// What the verifier says of the files of a design.
-pub(crate) struct Opinion {
+pub(crate) struct Opinion<'a> {
+    judged: Judged<'a>,
+    side: SideFile,
+    examiner: Examiner,
     pub(crate) judgement: Judgement,
     pub(crate) steps: Vec<Step>,
     pub(crate) wanted: Image,
@@ -40,71 +44,46 @@ pub(crate) struct Opinion {
     pub(crate) seen: Option<Seen>,
 }
 
-/// The light of a design itself: nothing of it waits for a file.
-pub(crate) struct Foreseen {
-    scene: Scene,
-    exact: budget::Exact,
-}
-
-impl Foreseen {
-    /// Looks at a design on the bench of its plan.
-    pub(crate) fn of(plan: &Plan, block: &Block) -> Result<Self, Failure> {
-        Self::on(scene_of(&BenchRecord::of(&plan.bench).with(&block.solid), &plan.settings)?, plan, block)
-    }
-
-    fn on(scene: Scene, plan: &Plan, block: &Block) -> Result<Self, Failure> {
-        let _span = tracing::info_span!("trace the design").entered();
+impl<'a> Opinion<'a> {
+    /// Judges the first file as soon as it is read back, and looks for the step that costs most. `None` if it could not be read.
+    pub(crate) fn of(plan: &Plan, block: &Block, first: First<'a>) -> Result<Option<Self>, Failure> {
+        // The bench as the side file gives it, which is what a stranger will have.
+        let scene = scene_of(&first.side.bench, &first.side.design)?;
         let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
         // What the solver saw after a finish is not the light of the face as it is.
         let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
-        Ok(Self { exact: budget::Exact::of(block, &plan.bench, own, &examiner)?, scene })
-    }
-}
-
-impl Opinion {
-    /// Judges the first STL, or without one the first output: what a shop would get. Then looks for the step that costs
-    /// most.
-    pub(crate) fn of(
-        plan: &Plan,
-        read_back: Vec<(PathBuf, Mesh)>,
-        block: &Block,
-        foreseen: Foreseen,
-        progress: &dyn Progress,
-    ) -> Result<Self, Failure> {
-        progress.begin("tracing", 3);
-        let stl = read_back.iter().position(|(path, _)| matches!(Format::from_path(path), Ok(Format::Stl)));
-        let mut others = read_back;
-        let (judged, mesh) = others.remove(stl.unwrap_or(0));
-        // The bench as the side file gives it, which is what a stranger would have.
-        let side = SideFile::read(&side_file::path_beside(&judged))?;
-        let scene = scene_of(&side.bench, &side.design)?;
-        let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
-        let moved = |(path, mesh): (PathBuf, Mesh)| (mesh.moved(side.origin_of(&path)), path);
-        let others: Vec<(Mesh, PathBuf)> = others.into_iter().map(moved).collect();
-        let (mesh, judged) = moved((judged, mesh));
-        let first = Judged::of(mesh, judged)?;
+        let own = budget::own_light(block, &plan.bench, own, &examiner);
+        let Some(mesh) = first.mesh() else { return Ok(None) };
+        let judged = Judged::of(mesh.moved(first.side.origin_of(first.path)), first.path)?;
+        let ((nx, ny), [least, most]) = (examiner.pixels(), PHOTONS);
+        let photons = PhotonPlan::new(((nx * ny) as u64).clamp(least, most), 1);
         let (judgement, views) = rayon::join(
-            || judge::judge(&first.subject, &examiner, &PhotonPlan::new(PHOTONS, 1)),
-            || first.views(&examiner),
+            || judge::judge(&judged.subject, &examiner, &photons),
+            || budget::views(&judged.subject, &examiner),
         );
         let (judgement, views) = (judgement?, views?);
-        // It was looked at before there was a side file.
-        let foreseen = if foreseen.scene == scene { foreseen } else { Foreseen::on(scene.clone(), plan, block)? };
-        progress.advance(1);
-        let seen = (&first, views);
-        let steps = budget::of_design((block, &plan.bench), foreseen.exact, seen, &others, &examiner, &judgement)?;
+        let steps = budget::of_design((block, &plan.bench), own, (&judged, views), &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
-        progress.advance(2);
         let finish = plan.settings.finish;
-        let finished = finish.map(|finish| Finished::of(finish, &first.subject, &examiner)).transpose()?;
+        let finished = finish.map(|finish| Finished::of(finish, &judged.subject, &examiner)).transpose()?;
         let plan_of_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
-        let seen = Seen::of(&first.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
-        Ok(Self { judgement, steps, wanted, finished, seen })
+        let seen = Seen::of(&judged.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
+        Ok(Some(Self { judged, side: first.side, examiner, judgement, steps, wanted, finished, seen }))
+    }
+
+    /// Adds what the other files do to the light.
+    pub(crate) fn add(&mut self, plan: &Plan, block: &Block, others: Vec<(PathBuf, Mesh)>) -> Result<(), Failure> {
+        for (path, mesh) in others {
+            let other = (path.as_path(), mesh.moved(self.side.origin_of(&path)));
+            let step = budget::of_other((block, &plan.bench), &self.judged, other, &self.examiner, &self.judgement)?;
+            self.steps.extend(step);
+        }
+        Ok(())
     }
 
     /// Draws what was judged, beside the first output: the light alone, the panel of target, light and difference, the error
     /// budget, the isocontours of the exit face, and the block with its dimensions.
-    pub(crate) fn draw(&self, plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
+    pub(crate) fn draw(&self, plan: &Plan, output: &Path, portrait: &Portrait) -> Result<Vec<PathBuf>, Failure> {
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let [target, caustic] = [&self.wanted, &self.judgement.caustic].map(judge::field_of);
         let error = self.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
@@ -124,8 +103,8 @@ impl Opinion {
             ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
             ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
             ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| report::isocontours(block.solid.surface(), 1000))),
-            ("drawing", Box::new(|| report::dimensioned_drawing(&block.solid, &plan.bench))),
+            ("contours", Box::new(|| portrait.contours.sheet())),
+            ("drawing", Box::new(|| portrait.drawing.clone())),
         ];
         if let Some((image, note)) = &finished {
             pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));

@@ -17,11 +17,12 @@ use glasswarp::{
     grid::Field,
     materials,
     pipeline::Block,
-    report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Model, Page, View},
+    report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Isocontours, Model, Page, View},
     solid::Solid,
     target::to_picture_order,
 };
-use glasswarp_verify::metrics::Metrics;
+use glasswarp_verify::metrics::{Likeness, Metrics};
+use image::GrayImage;
 use std::{
     path::{Path, PathBuf},
     time::Duration,
@@ -77,8 +78,9 @@ pub(crate) fn error_highlight(metrics: &Metrics, note: &str) -> Highlight {
 }
 
 /// What the relative RMS error and the similarity are, in a line.
-pub(crate) fn in_words(metrics: &Metrics) -> String {
-    format!("Relative RMS error {:.4}, SSIM {:.4}", metrics.rel_rms, metrics.ssim)
+pub(crate) fn in_words(likeness: impl Into<Likeness>) -> String {
+    let Likeness { rel_rms, ssim } = likeness.into();
+    format!("Relative RMS error {rel_rms:.4}, SSIM {ssim:.4}")
 }
 
 /// Light on the receiver as a view.
@@ -127,14 +129,14 @@ pub(crate) fn step_views(steps: &[Step], wanted: &Field<f64>, exposure: Exposure
     let seen = steps.iter().filter_map(|step| step.seen.as_ref().map(|seen| (&step.name, seen)));
     seen.filter(|(_, seen)| seen.moved > 0.0)
         .map(|(name, seen)| {
-            pair(name, wanted, &judge::field_of(&seen.image), exposure, format!("{}.", in_words(&seen.metrics)))
+            pair(name, wanted, &judge::field_of(&seen.image), exposure, format!("{}.", in_words(seen.likeness)))
         })
         .collect()
 }
 
 /// The steps of a budget as what they cost.
 pub(crate) fn costs(steps: &[Step]) -> Vec<Cost> {
-    let errors = |step: &Step| step.seen.as_ref().map(|seen| (seen.metrics.rel_rms, seen.moved));
+    let errors = |step: &Step| step.seen.as_ref().map(|seen| (seen.likeness.rel_rms, seen.moved));
     steps.iter().map(|step| Cost { name: step.name.clone(), errors: errors(step) }).collect()
 }
 
@@ -181,7 +183,7 @@ fn material(bench: &Bench, named: Option<&str>) -> String {
 }
 
 /// A designed block to turn and zoom.
-pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape) -> Model<'a> {
+pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape, contours: &'a Isocontours) -> Model<'a> {
     Model {
         surface: solid.surface(),
         entry_z_mm: solid.entry_z_mm(),
@@ -190,6 +192,7 @@ pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape) ->
         bench,
         slope: shape.slope(),
         hollow_per_mm: shape.hollow_per_mm(),
+        contours,
     }
 }
 
@@ -283,13 +286,32 @@ fn kind(path: &Path) -> &'static str {
     }
 }
 
+/// What is drawn of a block alone: nothing of it waits for a file.
+pub(crate) struct Portrait {
+    pub(crate) shape: Shape,
+    pub(crate) drawing: GrayImage,
+    pub(crate) contours: Isocontours,
+}
+
+impl Portrait {
+    pub(crate) fn of(block: &Block, bench: &Bench) -> Self {
+        let solid = &block.solid;
+        let (shape, (drawing, contours)) = rayon::join(
+            || Shape::of(solid.surface()),
+            || rayon::join(|| report::dimensioned_drawing(solid, bench), || Isocontours::of(solid.surface())),
+        );
+        Self { shape, drawing, contours }
+    }
+}
+
 /// Everything that a design's report is made of.
 pub(crate) struct DesignPage<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) outputs: &'a [PathBuf],
     pub(crate) block: &'a Block,
+    pub(crate) portrait: &'a Portrait,
     /// What the verifier says, unless it was not asked.
-    pub(crate) opinion: Option<&'a Opinion>,
+    pub(crate) opinion: Option<&'a Opinion<'a>>,
     /// What there is to say of the files.
     pub(crate) notes: &'a [String],
     pub(crate) solved: Duration,
@@ -300,7 +322,7 @@ impl DesignPage<'_> {
     pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let (shape, drawing) = rayon::join(|| Shape::of(solid.surface()), || report::dimensioned_drawing(solid, bench));
+        let Portrait { shape, drawing, contours } = self.portrait;
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
@@ -318,15 +340,15 @@ impl DesignPage<'_> {
             ),
             warnings,
             highlights: self.highlights(),
-            model: model(solid, bench, &shape),
+            model: model(solid, bench, shape, contours),
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
             difference: Some(difference_view(&wanted, &light, exposure)),
             others: self.others(&wanted, exposure),
             budget: self.opinion.map(|opinion| costs(&opinion.steps)).unwrap_or_default(),
             summary: Some(&block.summary),
-            drawing: Some(drawing),
-            facts: self.facts(&shape)?,
+            drawing: Some(drawing.clone()),
+            facts: self.facts(shape)?,
             files: file_records(self.outputs)?,
             command: command(),
             program: program(),

@@ -18,7 +18,7 @@ use glasswarp::{
     export,
     fabricate::Shape,
     pipeline::Block,
-    report::{self, Exposure, Facts, Page},
+    report::{self, Exposure, Facts, Isocontours, Page},
 };
 use std::path::{Path, PathBuf};
 
@@ -105,7 +105,7 @@ impl Preview<'_> {
         }
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let shape = Shape::of(solid.surface());
+        let (shape, contours) = (Shape::of(solid.surface()), Isocontours::of(solid.surface()));
         let (_, high) = block.surface.range_mm();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![
@@ -133,7 +133,7 @@ impl Preview<'_> {
                     "of glass that is left".into(),
                 ),
             ],
-            model: page::model(solid, bench, &shape),
+            model: page::model(solid, bench, &shape, &contours),
             target: Some(page::target_view(&wanted, exposure)),
             caustic: page::light_view(
                 "Light of the draft",

@@ -152,6 +152,9 @@ pub(crate) struct PictureRecord {
     pub(crate) sha256: String,
 }
 
+/// What messages call a side file.
+const KIND: &str = "side file of a block";
+
 /// Where the side file of an output lies: the same name with the extension `toml`.
 pub(crate) fn path_beside(output: &Path) -> PathBuf {
     output.with_extension("toml")
@@ -165,9 +168,18 @@ impl SideFile {
     }
 
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        let mut side: Self = toml_file::read(path, "side file of a block")?;
-        side.design.resolve_paths(path);
-        Ok(side)
+        Ok(toml_file::read::<Self>(path, KIND)?.placed(path))
+    }
+
+    /// What [`read`](Self::read) will find at `path` once this is [written](write) there, but for files that are not made yet.
+    pub(crate) fn foresee(path: &Path, record: &Record<'_>) -> Result<Self, Failure> {
+        Ok(toml_file::parse::<Self>(&render(path, record)?, path, KIND)?.placed(path))
+    }
+
+    /// The same with the paths that it names, which are relative to its own.
+    fn placed(mut self, path: &Path) -> Self {
+        self.design.resolve_paths(path);
+        self
     }
 
     /// The side file of a block: the one that is named, else the one beside it, if it is there.

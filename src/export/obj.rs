@@ -1,6 +1,6 @@
 use super::{
     Design,
-    text::{in_order, plain_decimal},
+    text::{in_order, in_pieces, plain_decimal},
 };
 use crate::solid::{Face, Solid};
 use std::io::{self, Write};
@@ -36,14 +36,17 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
                 writeln!(writer, "vn {x} {y} {z}")?;
             }
         }
+        if face == Face::Exit {
+            in_pieces(writer, triangles, |text, triangles| {
+                let mut corners = Corners::default();
+                triangles.for_each(|t| corners.write_face(text, solid.triangle(t)));
+            })?;
+            continue;
+        }
         in_order(writer, triangles, |text, t| {
+            let normal = if matches!(face, Face::Side | Face::Inner) { first + t - begin } else { first };
             text.push(b'f');
             for v in solid.triangle(t) {
-                let normal = match face {
-                    Face::Exit => v as usize + 1,
-                    Face::Side | Face::Inner => first + t - begin,
-                    _ => first,
-                };
                 text.push(b' ');
                 text.extend_from_slice(itoa::Buffer::new().format(v + 1).as_bytes());
                 text.extend_from_slice(b"//");
@@ -53,6 +56,50 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
         })?;
     }
     Ok(())
+}
+
+/// Corners of the exit face as they are written, of which each belongs to six triangles: those of late.
+struct Corners {
+    vertices: [u32; LATE],
+    texts: [[u8; LONGEST]; LATE],
+    lengths: [usize; LATE],
+}
+
+/// How many are kept: more than the two rows of vertices along which a row of triangles runs need at a time.
+const LATE: usize = 64;
+/// Length of the longest: a blank, twice a number of 32 bits, and two strokes.
+const LONGEST: usize = 23;
+
+impl Default for Corners {
+    fn default() -> Self {
+        Self { vertices: [u32::MAX; LATE], texts: [[b' '; LONGEST]; LATE], lengths: [0; LATE] }
+    }
+}
+
+impl Corners {
+    /// Writes a triangle whose vertices have the normals of the same number.
+    fn write_face(&mut self, text: &mut Vec<u8>, triangle: [u32; 3]) {
+        let mut line = [b'f'; 2 + 3 * LONGEST];
+        let mut end = 1;
+        for v in triangle {
+            let k = (v.wrapping_mul(0x9e37_79b9) >> (u32::BITS - LATE.trailing_zeros())) as usize;
+            if self.vertices[k] != v {
+                self.vertices[k] = v;
+                let mut digits = itoa::Buffer::new();
+                let number = digits.format(v + 1).as_bytes();
+                let (first, second) = (1, 3 + number.len());
+                self.lengths[k] = second + number.len();
+                self.texts[k][first..][..number.len()].copy_from_slice(number);
+                self.texts[k][second - 2..second].copy_from_slice(b"//");
+                self.texts[k][second..][..number.len()].copy_from_slice(number);
+            }
+            // Of fixed length, which is quicker than what is needed.
+            line[end..end + LONGEST].copy_from_slice(&self.texts[k]);
+            end += self.lengths[k];
+        }
+        line[end] = b'\n';
+        text.extend_from_slice(&line[..=end]);
+    }
 }
 
 fn object_name(name: &str) -> String {

@@ -60,7 +60,7 @@ impl Iterator for Facets<'_> {
         if self.next == self.count {
             return None;
         }
-        let vertices = self.solid.triangle(self.next).map(|v| self.solid.vertex(v as usize));
+        let vertices = self.solid.corners(self.next);
         self.next += 1;
         Some(Triangle { normal: Normal::new(facet_normal(vertices)), vertices: vertices.map(Vertex::new) })
     }

@@ -35,21 +35,29 @@ impl Shape {
         let (extent, spline) = (surface.extent(), SurfaceSpline::through(surface));
         let (spacing, contour) = (extent.node_spacing(nx, ny), surface.contour());
         let node = |k: usize| extent.node(k % nx, k / nx, nx, ny);
-        let samples: Vec<[f64; 3]> = (0..nx * ny)
-            .into_par_iter()
-            .map(|k| {
-                if !contour.contains(node(k)) {
-                    return [0.0; 3];
+        let (mut hollows, mut slopes) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
+        let (step, within) = hollows
+            .par_chunks_mut(nx)
+            .zip(slopes.par_chunks_mut(nx))
+            .enumerate()
+            .map(|(j, (hollows, slopes))| {
+                let (mut most, mut within) = (0f64, 0);
+                for (i, (here, slope)) in hollows.iter_mut().zip(slopes).enumerate() {
+                    let at = node(j * nx + i);
+                    if !contour.contains(at) {
+                        continue;
+                    }
+                    let face = spline.sample(at);
+                    let [xx, xy, yy] = face.curvature;
+                    (*here, *slope) = (hollow(face.slope, face.curvature), face.slope.length());
+                    let step = (xx * spacing.x).abs().max((yy * spacing.y).abs()) + xy.abs() * spacing.min_element();
+                    (most, within) = (most.max(step), within + 1);
                 }
-                let face = spline.sample(node(k));
-                let [xx, xy, yy] = face.curvature;
-                let step = (xx * spacing.x).abs().max((yy * spacing.y).abs());
-                [hollow(face.slope, face.curvature), face.slope.length(), step + xy.abs() * spacing.min_element()]
+                (most, within)
             })
-            .collect();
-        let field = |part: usize| Field::from_vec(nx, ny, samples.iter().map(|sample| sample[part]).collect());
-        let within = (0..nx * ny).filter(|&k| contour.contains(node(k))).count();
-        Self { extent, hollow_per_mm: field(0), slope: field(1), step: field(2).min_max().1, within }
+            .reduce(|| (0.0, 0), |a, b| (a.0.max(b.0), a.1 + b.1));
+        let [hollow_per_mm, slope] = [hollows, slopes].map(|values| Field::from_vec(nx, ny, values));
+        Self { extent, hollow_per_mm, slope, step, within }
     }
 
     /// The greater principal curvature, per mm: positive where the face is hollow as the cutter sees it.

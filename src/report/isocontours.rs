@@ -40,17 +40,36 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
     [1.0, 2.0, 5.0, 10.0].map(|step| step * decade).into_iter().find(|step| *step >= least)
 }
 
-/// The lines of equal height of an exit face, labelled in mm, on a sheet with a caption. The drawing's longer side has
-/// `longest_px` pixels (at least 64). It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
-/// block is thicker.
-pub fn isocontours(surface: &HeightField, longest_px: u32) -> GrayImage {
-    let size = surface.extent();
-    let interval = contour_interval_mm(surface);
-    let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
-    let relief = format!("relief {:.*} mm", decimals(interval.unwrap_or(1.0)) + 1, surface.relief_mm());
-    let caption =
-        format!("height in mm, {steps}, {relief}, block {} × {} mm", rounded(size.width_mm), rounded(size.height_mm));
-    sheet(&[(caption, drawing(surface, interval, longest_px))])
+/// The lines of equal height of an exit face, labelled in mm.
+#[derive(Clone, Debug)]
+pub struct Isocontours {
+    /// The lines. It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the block is thicker.
+    pub picture: GrayImage,
+    caption: String,
+}
+
+impl Isocontours {
+    /// Draws them on a picture whose longer side has [`LONGEST_PX`](Self::LONGEST_PX) pixels.
+    pub fn of(surface: &HeightField) -> Self {
+        let size = surface.extent();
+        let interval = contour_interval_mm(surface);
+        let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
+        let relief = format!("relief {:.*} mm", decimals(interval.unwrap_or(1.0)) + 1, surface.relief_mm());
+        let caption = format!(
+            "height in mm, {steps}, {relief}, block {} × {} mm",
+            rounded(size.width_mm),
+            rounded(size.height_mm)
+        );
+        Self { picture: drawing(surface, interval, Self::LONGEST_PX), caption }
+    }
+
+    /// Length of the longer side of the picture, pixels.
+    pub const LONGEST_PX: u32 = 1000;
+
+    /// The picture on a sheet with a caption.
+    pub fn sheet(&self) -> GrayImage {
+        sheet(&[(self.caption.clone(), self.picture.clone())])
+    }
 }
 
 /// Decimals of the multiples of a round step.
@@ -61,12 +80,6 @@ fn decimals(interval: f64) -> usize {
 /// A length without the digits that only rounding errors fill.
 fn rounded(mm: f64) -> f64 {
     (mm * 1e6).round() / 1e6
-}
-
-/// The lines without a sheet or a caption.
-#[cfg(feature = "cli")]
-pub(super) fn plain(surface: &HeightField, longest_px: u32) -> GrayImage {
-    drawing(surface, contour_interval_mm(surface), longest_px)
 }
 
 fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> GrayImage {
@@ -293,6 +306,7 @@ mod tests {
         let plane = surface(5, 5, Extent::new(100.0, 100.0), |_| 1.0);
         assert!(drawing(&plane, contour_interval_mm(&plane), 100).pixels().all(|p| p.0[0] == 255));
         let sliver = surface(500, 4, Extent::new(1000.0, 1.0), |at| (0.01 * at.x).sin());
-        assert_eq!(isocontours(&sliver, 800).dimensions(), (800 + 2 * MARGIN, 2 + MARGIN + CAPTION));
+        let longest = Isocontours::LONGEST_PX;
+        assert_eq!(Isocontours::of(&sliver).sheet().dimensions(), (longest + 2 * MARGIN, 2 + MARGIN + CAPTION));
     }
 }

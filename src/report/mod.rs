@@ -18,7 +18,7 @@ pub use curves::{Curve, curves};
 pub use drawing::dimensioned_drawing;
 #[cfg(feature = "cli")]
 pub use html::{Cost, Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
-pub use isocontours::{contour_interval_mm, isocontours};
+pub use isocontours::{Isocontours, contour_interval_mm};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
 
 use crate::export::{WriteError, write_atomically};

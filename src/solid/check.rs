@@ -74,7 +74,7 @@ impl Solid {
         for (face, range) in self.faces() {
             let areas = range.into_par_iter().map(|t| {
                 let normal = self.normal_at(face, self.triangle(t)[0]).map(f64::from);
-                let [a, b, c] = self.corners(t);
+                let [a, b, c] = self.corners(t).map(|at| at.map(f64::from));
                 (t, 0.5 * dot(cross(sub(b, a), sub(c, a)), normal))
             });
             // Written so that a NaN is a fault too.
@@ -94,7 +94,7 @@ impl Solid {
     /// Enclosed volume by the divergence theorem, mm³.
     pub fn volume_mm3(&self) -> f64 {
         piecewise_sum(self.triangle_count(), |t| {
-            let [a, b, c] = self.corners(t);
+            let [a, b, c] = self.corners(t).map(|at| at.map(f64::from));
             dot(a, cross(b, c)) / 6.0
         })
     }
@@ -106,17 +106,12 @@ impl Solid {
         let upwards = self.faces().into_iter().filter(|(face, _)| matches!(face, Face::Exit | Face::Rim));
         let volumes = upwards.map(|(_, range)| {
             piecewise_sum(range.len(), |k| {
-                let [a, b, c] = self.corners(range.start + k);
+                let [a, b, c] = self.corners(range.start + k).map(|at| at.map(f64::from));
                 let area = 0.5 * cross(sub(b, a), sub(c, a))[2];
                 area * ((a[2] + b[2] + c[2]) / 3.0 - entry_z)
             })
         });
         volumes.sum()
-    }
-
-    /// The corners of triangle `t`, mm.
-    pub(crate) fn corners(&self, t: usize) -> [[f64; 3]; 3] {
-        self.triangle(t).map(|v| self.vertex(v as usize).map(f64::from))
     }
 }
 

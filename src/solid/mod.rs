@@ -33,11 +33,12 @@ pub use shape::{Origin, Rim, Shape};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
-    grid::{Contour, Extent},
+    grid::{Contour, Extent, Field},
     surface::{HeightField, SurfaceSpline},
 };
 use close::Nodes;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use std::ops::Range;
 use trim::Trimmed;
 
@@ -108,6 +109,8 @@ pub struct Solid {
     shape: Shape,
     origin: DVec3,
     exit: Nodes,
+    /// Of every cell of the exit face, row by row.
+    diagonals: Vec<Diagonal>,
     /// The exit face if it is no full grid.
     trimmed: Option<Trimmed>,
     entry_nodes: (usize, usize),
@@ -183,6 +186,7 @@ impl Solid {
             shape,
             origin,
             exit: Nodes::new(0, extent, (nx, ny), origin),
+            diagonals: diagonals(field),
             trimmed: None,
             entry_nodes: (2, 2),
             normals: Vec::new(),
@@ -359,12 +363,8 @@ impl Solid {
         if let Some(trimmed) = &self.trimmed {
             return trimmed.vertices.get(v).copied().unwrap_or_else(|| self.rest[v - trimmed.vertices.len()]);
         }
-        match self.surface.heights_mm().as_slice().get(v) {
-            Some(&height) => {
-                [self.exit.x[v % self.exit.x.len()], self.exit.y[v / self.exit.x.len()], self.file_z(height)]
-            }
-            None => self.rest[v - self.exit.len()],
-        }
+        let nx = self.exit.x.len();
+        if v < self.exit.len() { self.node(v % nx, v / nx) } else { self.rest[v - self.exit.len()] }
     }
 
     /// Least and greatest coordinates of all vertices, mm.
@@ -397,20 +397,11 @@ impl Solid {
     /// # Panics
     /// If there is no such triangle.
     pub fn triangle(&self, t: usize) -> [u32; 3] {
-        let cells = self.exit.x.len() - 1;
-        if t < self.faces[0].1.end {
-            if let Some(trimmed) = &self.trimmed {
-                return trimmed.triangles[t];
-            }
-            let (i, j) = (t / 2 % cells, t / 2 / cells);
-            // Around the cell, counter-clockwise from +z.
-            let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| self.exit.index(i, j));
-            return match (self.diagonal(i, j), t % 2) {
-                (Diagonal::Rising, 0) => [a, b, c],
-                (Diagonal::Rising, _) => [a, c, d],
-                (Diagonal::Falling, 0) => [a, b, d],
-                (Diagonal::Falling, _) => [b, c, d],
-            };
+        if let Some(nodes) = self.half_cell(t) {
+            return nodes.map(|(i, j)| self.exit.index(i, j));
+        }
+        if let Some(trimmed) = self.trimmed.as_ref().filter(|_| t < self.faces[0].1.end) {
+            return trimmed.triangles[t];
         }
         let mut faces = self.faces[1..].iter().zip(&self.planes);
         let ((_, range), (_, triangles)) =
@@ -418,13 +409,68 @@ impl Solid {
         triangles[t - range.start]
     }
 
-    /// The diagonal of exit cell `(i, j)` along which the surface bends less.
+    /// The positions of the corners of triangle `t`, in the order of its [vertices](Self::triangle).
     ///
-    /// The second derivatives along the two diagonals are `(h_xx + h_yy)/2 +- h_xy` (in units of the cell), so that the
-    /// signs of Laplacian and twist decide.
+    /// # Panics
+    /// If there is no such triangle.
+    pub fn corners(&self, t: usize) -> [[f32; 3]; 3] {
+        match self.half_cell(t) {
+            Some(nodes) => nodes.map(|(i, j)| self.node(i, j)),
+            None => self.triangle(t).map(|v| self.vertex(v as usize)),
+        }
+    }
+
+    /// The nodes (column, row) of triangle `t`, if it is half a cell of an exit face that is a full grid.
+    #[inline]
+    fn half_cell(&self, t: usize) -> Option<[(usize, usize); 3]> {
+        if self.trimmed.is_some() || t >= self.faces[0].1.end {
+            return None;
+        }
+        let cells = self.exit.x.len() - 1;
+        let (i, j) = (t / 2 % cells, t / 2 / cells);
+        // Around the cell, counter-clockwise from +z.
+        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        Some(match (self.diagonals[t / 2], t % 2) {
+            (Diagonal::Rising, 0) => [a, b, c],
+            (Diagonal::Rising, _) => [a, c, d],
+            (Diagonal::Falling, 0) => [a, b, d],
+            (Diagonal::Falling, _) => [b, c, d],
+        })
+    }
+
+    /// The position of a node of an exit face that is a full grid.
+    #[inline]
+    fn node(&self, i: usize, j: usize) -> [f32; 3] {
+        [self.exit.x[i], self.exit.y[j], self.file_z(self.surface.heights_mm()[(i, j)])]
+    }
+
+    /// The diagonal of exit cell `(i, j)`.
     fn diagonal(&self, i: usize, j: usize) -> Diagonal {
-        let (nx, ny) = self.exit_nodes();
-        let heights = self.surface.heights_mm();
+        self.diagonals[j * (self.exit.x.len() - 1) + i]
+    }
+}
+
+/// Least and greatest height of a face and of the points of its outline, mm.
+fn range_with(surface: &HeightField, border: &[(DVec2, f64)]) -> (f64, f64) {
+    border.iter().fold(surface.range_mm(), |(low, high), (_, z)| (low.min(*z), high.max(*z)))
+}
+
+/// Which corners of a cell a diagonal joins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Diagonal {
+    /// From least x and y to greatest x and y.
+    Rising,
+    /// From greatest x and least y to least x and greatest y.
+    Falling,
+}
+
+/// The diagonals of all cells, row by row: those along which the surface bends less.
+///
+/// The second derivatives along the two diagonals are `(h_xx + h_yy)/2 +- h_xy` (in units of the cell), so that the
+/// signs of Laplacian and twist decide.
+fn diagonals(heights: &Field<f64>) -> Vec<Diagonal> {
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let of_cell = |i: usize, j: usize| {
         // As the files have them.
         let at = |i: usize, j: usize| f64::from(heights[(i, j)] as f32);
         // Twice the second difference in the middle between nodes k and k + 1, from as many of the four nodes k - 1 to
@@ -447,21 +493,8 @@ impl Solid {
         } else {
             Diagonal::Falling
         }
-    }
-}
-
-/// Least and greatest height of a face and of the points of its outline, mm.
-fn range_with(surface: &HeightField, border: &[(DVec2, f64)]) -> (f64, f64) {
-    border.iter().fold(surface.range_mm(), |(low, high), (_, z)| (low.min(*z), high.max(*z)))
-}
-
-/// Which corners of a cell a diagonal joins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Diagonal {
-    /// From least x and y to greatest x and y.
-    Rising,
-    /// From greatest x and least y to least x and greatest y.
-    Falling,
+    };
+    (0..(nx - 1) * (ny - 1)).into_par_iter().with_min_len(nx).map(|k| of_cell(k % (nx - 1), k / (nx - 1))).collect()
 }
 
 /// Unit normal of a face of these slopes, towards `+z`.

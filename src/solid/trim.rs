@@ -344,7 +344,7 @@ mod tests {
                     let (_, entry) = faces.iter().find(|(face, _)| *face == Face::Entry).unwrap();
                     let entry: f64 = entry
                         .clone()
-                        .map(|t| solid.corners(t).map(|[x, y, _]| DVec2::new(x, y)))
+                        .map(|t| solid.corners(t).map(|[x, y, _]| DVec2::new(x.into(), y.into())))
                         .map(|[a, b, c]| 0.5 * (c - a).perp_dot(b - a))
                         .sum();
                     assert!((entry / area - 1.0).abs() < 3e-3, "{outline:?} {rim:?}: {entry} of {area}");

@@ -389,6 +389,11 @@ impl Block {
         0.5 * (near + far)
     }
 
+    /// Whether the file has a vertex at this node of the exit face, counted row by row: beyond an outline it has none.
+    pub fn knows(&self, node: usize) -> bool {
+        self.border.as_ref().is_none_or(|border| border.known[node])
+    }
+
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
     pub fn heights_mm(&self) -> &[f64] {
         &self.heights
@@ -409,8 +414,7 @@ impl Block {
 
     /// Least and greatest height of the file's vertices on the exit face, mm.
     pub fn height_range_mm(&self) -> (f64, f64) {
-        let known = |k: &usize| self.border.as_ref().is_none_or(|border| border.known[*k]);
-        let nodes = (0..self.heights.len()).filter(known).map(|k| self.heights[k]);
+        let nodes = (0..self.heights.len()).filter(|&k| self.knows(k)).map(|k| self.heights[k]);
         let border = self.border.iter().flat_map(|border| border.heights());
         nodes.chain(border).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), z| (lo.min(z), hi.max(z)))
     }
@@ -570,6 +574,9 @@ fn entry_face(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3, needed_mm2
     Ok(())
 }
 
+/// How many places of late vertices are kept to tell which are new.
+const LATE: usize = 1 << 12;
+
 /// Counts the grid lines along one axis and demands that they are equidistant.
 fn lines(
     mesh: &Mesh,
@@ -579,7 +586,14 @@ fn lines(
     coordinate: impl Fn(DVec3) -> f64,
     name: &str,
 ) -> Result<usize, BlockError> {
-    let mut at: Vec<f64> = exit.iter().map(|&v| (coordinate(mesh.vertices[v as usize]) - lower) / size).collect();
+    // Most are exactly those of other rows, and need not be sorted.
+    let mut late = [f64::NAN; LATE];
+    let mut is_new = |position: &f64| {
+        let kept = &mut late[(position.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 52) as usize];
+        std::mem::replace(kept, *position) != *position
+    };
+    let positions = exit.iter().map(|&v| (coordinate(mesh.vertices[v as usize]) - lower) / size);
+    let mut at: Vec<f64> = positions.filter(&mut is_new).collect();
     at.sort_unstable_by(f64::total_cmp);
     // Within a line coordinates differ by rounding only. The gap separates up to 50 000 lines from f32 noise.
     at.dedup_by(|b, a| *b - *a < 1e-5);

@@ -158,6 +158,17 @@ impl Welder {
         Some(index)
     }
 
+    /// The same for a position that few others are equal to, in no order that is known: not all that could be found at once is.
+    pub(crate) fn index_of_few(&mut self, position: DVec3) -> Option<u32> {
+        let position = position + DVec3::ZERO;
+        let late = &mut self.late[place(position)];
+        if self.vertices.get(*late as usize) != Some(&position) {
+            *late = u32::try_from(self.vertices.len()).ok().filter(|&i| i != u32::MAX)?;
+            self.vertices.push(position);
+        }
+        Some(*late)
+    }
+
     /// Distinct positions, and how indices change.
     pub(crate) fn finish(mut self) -> (Vec<DVec3>, Renumbered) {
         // Both ways are stable. Files that list vertices row by row are in order but for a few; others had better be moved as they are

@@ -17,6 +17,7 @@ use crate::{
     export::{WriteError, write_atomically},
     grid::Field,
     optim::Summary,
+    report::Isocontours,
     surface::{HeightField, SurfaceSpline},
 };
 use askama::Template;
@@ -85,6 +86,8 @@ pub struct Model<'a> {
     pub slope: &'a Field<f64>,
     /// The greater principal curvature at its nodes, per mm, positive in hollows.
     pub hollow_per_mm: &'a Field<f64>,
+    /// Its lines of equal height.
+    pub contours: &'a Isocontours,
 }
 
 /// A figure that is read first.
@@ -223,7 +226,6 @@ const MAIN_PX: u32 = 720;
 const OTHER_PX: u32 = 320;
 /// Longer side of the maps of a face, pixels.
 const MAP_PX: u32 = 480;
-const CONTOURS_PX: u32 = 960;
 
 #[derive(Template)]
 #[template(path = "page.html")]
@@ -280,7 +282,7 @@ struct FaceFigures {
 impl FaceFigures {
     fn of(model: &Model<'_>) -> Self {
         let (contours, (slope, hollow)) = rayon::join(
-            || data::png_uri(&DynamicImage::from(super::isocontours::plain(model.surface, CONTOURS_PX))),
+            || data::png_uri(&DynamicImage::from(model.contours.picture.clone())),
             || {
                 rayon::join(
                     || maps::slope(model.slope, model.surface.extent(), MAP_PX),

@@ -19,13 +19,15 @@ struct Sample {
     bench: Bench,
     slope: Field<f64>,
     hollow: Field<f64>,
+    contours: Isocontours,
 }
 
 impl Sample {
     fn new(bench: Bench, slope: f64) -> Self {
         let surface = HeightField::new(BLOCK, Field::from_fn(31, 21, |i, j| slope * BLOCK.node(i, j, 31, 21).x));
         let field = |value: f64| Field::filled(31, 21, value);
-        Self { surface, bench, slope: field(slope.abs()), hollow: field(0.0) }
+        let contours = Isocontours::of(&surface);
+        Self { surface, bench, slope: field(slope.abs()), hollow: field(0.0), contours }
     }
 
     fn model(&self) -> Model<'_> {
@@ -42,6 +44,7 @@ impl Sample {
             bench: &self.bench,
             slope: &self.slope,
             hollow_per_mm: &self.hollow,
+            contours: &self.contours,
         }
     }
 

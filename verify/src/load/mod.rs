@@ -190,6 +190,15 @@ impl Points {
     fn new(positions: Vec<DVec3>) -> Self {
         Self { indices: vec![None; positions.len()], positions }
     }
+
+    fn len(&self) -> usize {
+        self.positions.len()
+    }
+
+    fn extend(&mut self, positions: impl Iterator<Item = DVec3>) {
+        self.positions.extend(positions);
+        self.indices.resize(self.positions.len(), None);
+    }
 }
 
 /// Puts a mesh together from triangles, checking every coordinate.
@@ -240,7 +249,7 @@ impl Assembler {
                     if !position.is_finite() {
                         return Err(LoadError::NotFinite { triangle: self.triangles.len(), vertex });
                     }
-                    let index = self.welder.index(position).ok_or(LoadError::TooLarge)?;
+                    let index = self.welder.index_of_few(position).ok_or(LoadError::TooLarge)?;
                     *known = NonZeroU32::new(index + 1);
                     index
                 }

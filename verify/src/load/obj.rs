@@ -2,7 +2,7 @@
 
 use super::{Assembler, Failed, LoadError, Points};
 use crate::mesh::Mesh;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::io::{self, Read};
 
@@ -12,14 +12,37 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     stream(&mut &*bytes, &failed)?.map_or_else(|| any(bytes), Ok)
 }
 
-/// Parses a plain file without holding it as a whole. `None` for any other, of which a part has been read.
+/// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores and without holding it as a whole.
+/// `None` for any other, of which a part has been read.
 pub(super) fn stream(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
-    let Some(Plain { positions, directions, triangles, normals }) = plain(file, failed)? else { return Ok(None) };
-    let mut assembler = Assembler::new(triangles.len());
-    assembler.normal_corners = normals;
-    let mut points = Points::new(positions);
-    for corners in triangles {
-        assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
+    let (mut assembler, mut points, mut directions) = (Assembler::new(0), Points::new(Vec::new()), Vec::new());
+    let (mut pieces, mut line) = (vec![Vec::new(); PIECES], Vec::new());
+    loop {
+        if !read(file, &mut pieces, &mut line, failed)? {
+            return Ok(None);
+        }
+        if pieces[0].is_empty() {
+            break;
+        }
+        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain(piece)).collect();
+        let Some(parsed) = parsed else { return Ok(None) };
+        for piece in parsed {
+            points.extend(piece.positions.iter().map(|v| v.as_dvec3()));
+            directions.extend(piece.directions.iter().map(|v| v.as_dvec3()));
+            let known =
+                |corners: &[[u32; 3]], count: usize| corners.as_flattened().iter().all(|&k| (k as usize) < count);
+            // Files may speak of what comes later, or be broken.
+            if !known(&piece.triangles, points.len()) || !known(&piece.normals, directions.len()) {
+                return Ok(None);
+            }
+            for corners in piece.triangles {
+                assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
+            }
+            assembler.normal_corners.extend(piece.normals);
+        }
+    }
+    if !directions.is_empty() && assembler.normal_corners.len() != assembler.triangles.len() {
+        return Ok(None);
     }
     assembler.finish(directions).map(Some)
 }
@@ -28,112 +51,113 @@ fn nothing(index: usize) -> LoadError {
     LoadError::Malformed { format: "OBJ", reason: format!("index {index} points at nothing") }
 }
 
-/// What a plain file holds.
+/// Bytes parsed by one task, and tasks at a time.
+const PIECE: usize = 1 << 20;
+const PIECES: usize = 16;
+
+/// Fills pieces with whole lines of a file; what is left of the last line stays in `line`. Tells whether no line is longer than a piece.
+fn read(
+    file: &mut impl Read,
+    pieces: &mut [Vec<u8>],
+    line: &mut Vec<u8>,
+    failed: Failed<'_>,
+) -> Result<bool, LoadError> {
+    for piece in pieces {
+        piece.clear();
+        piece.append(line);
+        if file.take(PIECE as u64).read_to_end(piece).map_err(failed)? > 0 {
+            let Some(end) = piece.iter().rposition(|&b| b == b'\n') else { return Ok(false) };
+            line.extend_from_slice(&piece[end + 1..]);
+            piece.truncate(end + 1);
+        }
+    }
+    Ok(true)
+}
+
+/// What a piece of a plain file holds.
 #[derive(Default)]
 struct Plain {
-    positions: Vec<DVec3>,
-    directions: Vec<DVec3>,
+    positions: Vec<Vec3>,
+    directions: Vec<Vec3>,
     /// Corners, counted from 0.
     triangles: Vec<[u32; 3]>,
     /// Of every triangle, or of none.
     normals: Vec<[u32; 3]>,
 }
 
-/// Bytes parsed by one task, and tasks at a time.
-const PIECE: usize = 1 << 20;
-const PIECES: usize = 16;
-
-/// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores. `None` for any other.
-fn plain(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Plain>, LoadError> {
-    let mut whole = Plain::default();
-    let mut line = Vec::new();
-    loop {
-        // Pieces of whole lines.
-        let mut pieces: Vec<Vec<u8>> = Vec::with_capacity(PIECES);
-        while pieces.len() < PIECES {
-            let mut piece = Vec::with_capacity(2 * PIECE);
-            piece.append(&mut line);
-            if file.take(PIECE as u64).read_to_end(&mut piece).map_err(failed)? > 0 {
-                let Some(end) = piece.iter().rposition(|&b| b == b'\n') else { return Ok(None) };
-                line.extend_from_slice(&piece[end + 1..]);
-                piece.truncate(end + 1);
-            }
-            if piece.is_empty() {
-                break;
-            }
-            pieces.push(piece);
-        }
-        if pieces.is_empty() {
-            break;
-        }
-        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain_piece(piece)).collect();
-        let Some(parsed) = parsed else { return Ok(None) };
-        for piece in parsed {
-            whole.positions.extend(piece.positions);
-            whole.directions.extend(piece.directions);
-            whole.triangles.extend(piece.triangles);
-            whole.normals.extend(piece.normals);
-        }
-    }
-    let known = |corners: &[[u32; 3]], count: usize| corners.as_flattened().iter().all(|&k| (k as usize) < count);
-    let sound = known(&whole.triangles, whole.positions.len())
-        && known(&whole.normals, whole.directions.len())
-        && (whole.normals.len() == whole.triangles.len() || whole.directions.is_empty());
-    Ok(sound.then_some(whole))
-}
-
-fn plain_piece(text: &[u8]) -> Option<Plain> {
-    let text = std::str::from_utf8(text).ok()?;
+fn plain(mut text: &[u8]) -> Option<Plain> {
     let mut piece = Plain::default();
-    for line in text.lines() {
-        let mut words = line.split_ascii_whitespace();
-        match words.next() {
-            Some("v") => piece.positions.push(vector(words)?),
-            Some("vn") => piece.directions.push(vector(words)?),
-            Some("f") => {
-                let mut corners = [(0, None); 3];
-                for corner in &mut corners {
-                    *corner = numbers(words.next()?)?;
-                }
-                piece.triangles.push(corners.map(|(v, _)| v));
-                match corners.map(|(_, n)| n) {
-                    [Some(a), Some(b), Some(c)] => piece.normals.push([a, b, c]),
-                    [None, None, None] => {}
-                    _ => return None,
-                }
-                if words.next().is_some() {
-                    return None;
-                }
+    while let [first, after @ ..] = text {
+        text = match (first, after) {
+            (b'v', [b' ' | b'\t', after @ ..]) => vector(after, &mut piece.positions)?,
+            (b'v', [b'n', b' ' | b'\t', after @ ..]) => vector(after, &mut piece.directions)?,
+            (b'f', [b' ' | b'\t', after @ ..]) => triangle(after, &mut piece)?,
+            (b'#', _) | (b'o' | b'g' | b's', [b' ' | b'\t' | b'\r' | b'\n', ..]) => {
+                let end = after.iter().position(|&b| b == b'\n').unwrap_or(after.len());
+                &after[end..]
             }
-            None | Some("o" | "g" | "s") => {}
-            Some(comment) if comment.starts_with('#') => {}
-            Some(_) => return None,
-        }
+            (b' ' | b'\t' | b'\r' | b'\n', after) => after,
+            _ => return None,
+        };
     }
     Some(piece)
 }
 
-/// Three numbers of single precision, and no more.
-fn vector<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<DVec3> {
-    let mut next = || words.next()?.parse::<f32>().ok().map(f64::from);
-    let vector = DVec3::new(next()?, next()?, next()?);
-    words.next().is_none().then_some(vector)
+/// The text after blanks.
+fn after_blanks(mut text: &[u8]) -> &[u8] {
+    while let [b' ' | b'\t', after @ ..] = text {
+        text = after;
+    }
+    text
 }
 
-/// A vertex and perhaps a normal, counted from 0.
-fn numbers(corner: &str) -> Option<(u32, Option<u32>)> {
-    let (vertex, rest) = number(corner.as_bytes())?;
-    match rest {
-        [] => Some((vertex, None)),
-        [b'/', b'/', rest @ ..] => {
-            let (normal, rest) = number(rest)?;
-            rest.is_empty().then_some((vertex, Some(normal)))
-        }
+/// The text from the end of a line on, if nothing but blanks stands before it.
+fn line_end(text: &[u8]) -> Option<&[u8]> {
+    match after_blanks(text) {
+        rest @ ([] | [b'\n', ..] | [b'\r', b'\n', ..] | [b'\r']) => Some(rest),
         _ => None,
     }
 }
 
-/// A number that is counted from 1, and what comes after its digits.
+/// Reads three numbers of single precision, and no more.
+fn vector<'a>(mut text: &'a [u8], vectors: &mut Vec<Vec3>) -> Option<&'a [u8]> {
+    let mut vector = [0.0; 3];
+    for value in &mut vector {
+        let number = after_blanks(text);
+        let length;
+        (*value, length) = fast_float2::parse_partial::<f32, _>(number).ok()?;
+        text = &number[length..];
+        if !matches!(text, [] | [b' ' | b'\t' | b'\r' | b'\n', ..]) {
+            return None;
+        }
+    }
+    vectors.push(vector.into());
+    line_end(text)
+}
+
+/// Reads three corners, and no more: all with normals, or none.
+fn triangle<'a>(mut text: &'a [u8], piece: &mut Plain) -> Option<&'a [u8]> {
+    let (mut corners, mut normals, mut with_normals) = ([0; 3], [0; 3], 0);
+    for (corner, normal) in corners.iter_mut().zip(&mut normals) {
+        (*corner, text) = number(after_blanks(text))?;
+        if let [b'/', b'/', after @ ..] = text {
+            (*normal, text) = number(after)?;
+            with_normals += 1;
+        }
+        if !matches!(text, [] | [b' ' | b'\t' | b'\r' | b'\n', ..]) {
+            return None;
+        }
+    }
+    piece.triangles.push(corners);
+    match with_normals {
+        0 => {}
+        3 => piece.normals.push(normals),
+        _ => return None,
+    }
+    line_end(text)
+}
+
+/// A number that is counted from 1, as one from 0, and what comes after its digits.
 fn number(text: &[u8]) -> Option<(u32, &[u8])> {
     let (mut value, mut rest) = (0u32, text);
     while let [digit @ b'0'..=b'9', after @ ..] = rest {
@@ -197,7 +221,7 @@ mod tests {
     }
 
     fn is_plain(text: &str) -> bool {
-        plain(&mut text.as_bytes(), &|source| panic!("{source}")).unwrap().is_some()
+        matches!(stream(&mut text.as_bytes(), &|source| panic!("{source}")), Ok(Some(_)) | Err(_))
     }
 
     #[test]

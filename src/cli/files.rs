@@ -1,0 +1,195 @@
+//! The files of a design: each is written, hashed and read back while others still are, and a side file lies beside them.
+
+use super::{
+    design::DesignArgs,
+    error::Failure,
+    judge,
+    plan::Plan,
+    side_file::{self, BenchRecord, SideFile},
+};
+use glasswarp::{
+    export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
+    pipeline::Block,
+    report,
+};
+use glasswarp_verify::Mesh;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+    sync::{
+        OnceLock,
+        atomic::{AtomicUsize, Ordering},
+        mpsc,
+    },
+    thread,
+};
+
+/// What is written of a design.
+pub(crate) struct Task<'a> {
+    pub(crate) plan: &'a Plan,
+    pub(crate) block: &'a Block,
+    pub(crate) outputs: &'a [PathBuf],
+    pub(crate) args: &'a DesignArgs,
+}
+
+/// The files of a design.
+pub(crate) struct Files {
+    /// What there is to say of them.
+    pub(crate) notes: Vec<String>,
+    /// Those that are read back but for the [first](First), as read back from disk.
+    pub(crate) others: Vec<(PathBuf, Mesh)>,
+}
+
+/// The file that is judged: the first STL, or without one the first output. It is what a shop would get.
+pub(crate) struct First<'a> {
+    pub(crate) path: &'a Path,
+    /// Its side file as it will be, which is what a stranger will have.
+    pub(crate) side: SideFile,
+    mesh: mpsc::Receiver<Mesh>,
+}
+
+impl First<'_> {
+    /// Waits until it is read back. `None` if it could not be.
+    pub(crate) fn mesh(&self) -> Option<Mesh> {
+        self.mesh.recv().ok()
+    }
+}
+
+/// A file that is made.
+struct Made {
+    note: Option<String>,
+    sha256: String,
+    mesh: Option<Mesh>,
+}
+
+/// Writes every file and the side files, and reads back what is judged. Meanwhile the first of them can be looked at.
+pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> T) -> Result<(Files, T), Failure> {
+    let Task { plan, block, outputs, args } = *task;
+    let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
+    let height_map = wants_map.then(|| match args.height_map_cutter {
+        Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
+        None => HeightMap::of(&block.solid),
+    });
+    let height_map = height_map.as_ref();
+    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
+    let record = |outputs| side_file::Record {
+        picture: &plan.picture,
+        settings: &plan.settings,
+        bench: &bench,
+        solver: plan.solver,
+        transfer: plan.transfer,
+        solid: &block.solid,
+        height_map,
+        done: None,
+        outputs,
+    };
+    let first = outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0);
+    let side = SideFile::foresee(&side_file::path_beside(&outputs[first]), &record(&[]))?;
+    // Text takes longest, and begins.
+    let mut order: Vec<usize> = (0..outputs.len()).collect();
+    order.sort_by_key(|&k| !matches!(Format::from_path(&outputs[k]), Ok(Format::Obj | Format::Step)));
+    let made: Vec<OnceLock<Result<Made, Failure>>> = outputs.iter().map(|_| OnceLock::new()).collect();
+    let (send, mesh) = mpsc::channel();
+    let next = AtomicUsize::new(0);
+    // Pools of their own: files wait for the disk, and neither for each other nor for whoever looks at the first of them.
+    let pool = |_| rayon::ThreadPoolBuilder::new().build();
+    let pools = (0..outputs.len().min(rayon::current_num_threads() + 1)).map(pool).collect::<Result<Vec<_>, _>>();
+    let pools = pools.map_err(|source| Failure::Io { what: "starting threads".into(), source: source.into() })?;
+    let looked = thread::scope(|scope| {
+        for pool in &pools {
+            let (send, next, order, made) = (send.clone(), &next, &order, &made);
+            let work = move || {
+                while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
+                    let mut outcome = make_one(task, &outputs[k], height_map);
+                    if let (Ok(Made { mesh, .. }), true) = (&mut outcome, k == first) {
+                        // Nobody may wait for it any more.
+                        let _ = mesh.take().map(|mesh| send.send(mesh));
+                    }
+                    let _ = made[k].set(outcome);
+                }
+            };
+            scope.spawn(move || pool.install(work));
+        }
+        drop(send);
+        meanwhile(First { path: &outputs[first], side, mesh })
+    });
+    let made: Vec<Made> = made.into_iter().filter_map(OnceLock::into_inner).collect::<Result<_, Failure>>()?;
+    let (mut notes, mut others) = (Vec::new(), Vec::new());
+    let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
+    for (output, Made { note, sha256, mesh }) in outputs.iter().zip(made) {
+        notes.extend(note);
+        others.extend(mesh.map(|mesh| (output.clone(), mesh)));
+        sets.entry(side_file::path_beside(output)).or_default().push((output, sha256));
+    }
+    if let Some((map, mask)) = height_map.and_then(|map| Some((map, map.mask()?))) {
+        let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
+        let masks: BTreeSet<PathBuf> = maps.map(|output| output.with_extension("mask.png")).collect();
+        for path in masks {
+            report::write_png(&path, &mask).map_err(Failure::writing)?;
+            notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));
+        }
+    }
+    for (path, outputs) in &sets {
+        side_file::write(path, &record(outputs))?;
+    }
+    Ok((Files { notes, others }, looked))
+}
+
+/// Writes, hashes and reads back one file.
+fn make_one(task: &Task<'_>, output: &Path, height_map: Option<&HeightMap>) -> Result<Made, Failure> {
+    let Task { plan, block, args, .. } = *task;
+    let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
+    let format = Format::from_path(output);
+    let note = match (&format, height_map) {
+        (Ok(Format::Step), _) => Some(write_step(plan, output, block, &design)?),
+        (Err(_), Some(map)) => {
+            map.write(output).map_err(|error| match error {
+                HeightMapError::Write(error) => Failure::writing(error),
+                refused => Failure::refused(refused),
+            })?;
+            Some(height_map_note(output, map))
+        }
+        _ => {
+            export::export(output, &block.solid, &design).map_err(Failure::exporting)?;
+            None
+        }
+    };
+    let sha256 = side_file::hash_of(output)?;
+    // The way of a tip is no face that light could be traced through.
+    let is_judged = args.is_verified() && (args.height_map_cutter.is_none() || format.is_ok());
+    let mesh = is_judged.then(|| judge::read(output)).transpose()?;
+    Ok(Made { note, sha256, mesh })
+}
+
+/// Writes a STEP file; returns how near its face is.
+fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
+    let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
+    export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
+        .map_err(Failure::writing)?;
+    let (points, nodes) = (fit.net.points(), plan.nodes);
+    let kind = if points == nodes { "the spline through all nodes" } else { "a fit to the nodes" };
+    Ok(format!(
+        "{}: {} x {} control points, {kind}; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
+        output.display(),
+        points.0,
+        points.1,
+        1e3 * fit.error.greatest_mm,
+        1e3 * fit.error.rms_mm,
+        1e6 * fit.error.slope_rms
+    ))
+}
+
+fn height_map_note(output: &Path, map: &HeightMap) -> String {
+    let (low, high) = map.range_mm();
+    let (pitch, size) = (map.pitch_mm(), map.picture_size_mm());
+    format!(
+        "{}: {:.6} x {:.6} mm per pixel, {:.3} x {:.3} mm, black {low:.4} mm, white {high:.4} mm ({:.4} mm deep)",
+        output.display(),
+        pitch.x,
+        pitch.y,
+        size.x,
+        size.y,
+        high - low
+    )
+}
