@@ -5,10 +5,11 @@
 //!
 //! ```text
 //! solve  = 20 MB + 40 P + 700 G + 50 N
-//! verify = 40 MB + 40 P + 600 min(P, 1024²) + 350 N + 250 N for each of OBJ and GLB + 20 N for each other file
+//! write  = 90 MB + 40 P + 116 N
+//! verify = 40 MB + 40 P + 790 min(P, 1024²) + 145 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
 //! ```
 //!
-//! and the greater of the two, in bytes. The warping solvers take `500 N` in place of `700 G`.
+//! and the greatest of them, in bytes. The warping solvers take `550 N` in place of `700 G + 50 N`.
 
 use std::fmt;
 
@@ -65,6 +66,10 @@ impl fmt::Display for Bytes {
 const JUDGED: u64 = 1024 * 1024;
 /// The program itself.
 const BASE: u64 = 20_000_000;
+/// Pictures of the block.
+const PICTURES: u64 = 70_000_000;
+/// Pieces of text that are formatted or parsed at a time.
+const PIECES: u64 = 16_000_000;
 
 impl Load {
     /// A design without files.
@@ -93,10 +98,12 @@ impl Load {
             Method::Transport => 700 * self.nodes.min(self.pixels).min(JUDGED) + 50 * self.nodes,
             Method::Warping => 550 * self.nodes,
         };
+        let written = PICTURES + 116 * self.nodes;
         let verify = self.verified.map_or(0, |files| {
-            BASE + 790 * self.pixels.min(JUDGED) + self.nodes * (130 + 125 * files.with_normals + 70 * files.others)
+            let of_nodes = 145 + 140 * files.with_normals + 85 * files.others;
+            BASE + 790 * self.pixels.min(JUDGED) + PIECES * files.with_normals + of_nodes * self.nodes
         });
-        Bytes(common + solve.max(verify))
+        Bytes(common + solve.max(written).max(verify))
     }
 
     /// The most nodes across for which it keeps to so much memory, if any do.
@@ -114,21 +121,22 @@ mod tests {
     type Run = (usize, Option<(usize, usize)>, f64);
 
     /// Greatest resident sizes, thousands of KiB, of `design` with 512 x 512 pixels.
-    const MEASURED: [Run; 14] = [
-        (513, None, 208.6),
-        (1025, None, 256.4),
-        (1537, None, 310.9),
-        (2049, None, 399.1),
-        (513, Some((0, 0)), 279.9),
-        (1025, Some((0, 0)), 274.0),
-        (1537, Some((0, 0)), 518.7),
-        (2049, Some((0, 0)), 712.5),
-        (513, Some((2, 0)), 330.4),
-        (1025, Some((2, 0)), 570.9),
-        (1537, Some((2, 0)), 978.5),
-        (2049, Some((2, 0)), 1609.4),
-        (1025, Some((2, 5)), 905.1),
-        (1537, Some((2, 5)), 1917.5),
+    const MEASURED: [Run; 15] = [
+        (257, None, 102.6),
+        (513, None, 214.4),
+        (1025, None, 242.6),
+        (1537, None, 288.3),
+        (2049, None, 538.9),
+        (513, Some((0, 0)), 243.6),
+        (1025, Some((0, 0)), 356.5),
+        (1537, Some((0, 0)), 524.4),
+        (2049, Some((0, 0)), 830.8),
+        (513, Some((2, 0)), 371.2),
+        (1025, Some((2, 0)), 666.7),
+        (1537, Some((2, 0)), 979.6),
+        (2049, Some((2, 0)), 1962.0),
+        (1025, Some((2, 5)), 1111.1),
+        (1537, Some((2, 5)), 1995.2),
     ];
 
     #[test]

@@ -101,9 +101,13 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
             let work = move || {
                 while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                     let mut outcome = make_one(task, &outputs[k], height_map);
-                    if let (Ok(Made { mesh, .. }), true) = (&mut outcome, k == first) {
-                        // Nobody may wait for it any more.
-                        let _ = mesh.take().map(|mesh| send.send(mesh));
+                    if let Ok(Made { mesh: Some(mesh), .. }) = &mut outcome {
+                        if k == first {
+                            // Nobody may wait for it any more.
+                            let _ = send.send(std::mem::take(mesh));
+                        }
+                        // Of the others the vertices are compared.
+                        mesh.normals = None;
                     }
                     let _ = made[k].set(outcome);
                 }
@@ -116,9 +120,9 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
     let made: Vec<Made> = made.into_iter().filter_map(OnceLock::into_inner).collect::<Result<_, Failure>>()?;
     let (mut notes, mut others) = (Vec::new(), Vec::new());
     let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
-    for (output, Made { note, sha256, mesh }) in outputs.iter().zip(made) {
+    for (k, (output, Made { note, sha256, mesh })) in outputs.iter().zip(made).enumerate() {
         notes.extend(note);
-        others.extend(mesh.map(|mesh| (output.clone(), mesh)));
+        others.extend(mesh.filter(|_| k != first).map(|mesh| (output.clone(), mesh)));
         sets.entry(side_file::path_beside(output)).or_default().push((output, sha256));
     }
     if let Some((map, mask)) = height_map.and_then(|map| Some((map, map.mask()?))) {

@@ -19,6 +19,7 @@ use glasswarp::{
     pipeline::Block,
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Isocontours, Model, Page, View},
     solid::Solid,
+    surface::SurfaceSpline,
     target::to_picture_order,
 };
 use glasswarp_verify::metrics::{Likeness, Metrics};
@@ -295,10 +296,11 @@ pub(crate) struct Portrait {
 
 impl Portrait {
     pub(crate) fn of(block: &Block, bench: &Bench) -> Self {
-        let solid = &block.solid;
+        let (solid, surface) = (&block.solid, block.solid.surface());
+        let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
-            || Shape::of(solid.surface()),
-            || rayon::join(|| report::dimensioned_drawing(solid, bench), || Isocontours::of(solid.surface())),
+            || Shape::of_spline(surface, &spline),
+            || rayon::join(|| report::dimensioned_drawing(solid, bench), || Isocontours::of_spline(surface, &spline)),
         );
         Self { shape, drawing, contours }
     }

@@ -30,9 +30,14 @@ pub struct Hollow {
 impl Shape {
     /// Measures the spline through the nodes, at the nodes, between which its second derivatives are linear.
     pub fn of(surface: &HeightField) -> Self {
+        Self::of_spline(surface, &SurfaceSpline::through(surface))
+    }
+
+    /// The same with the spline at hand.
+    pub fn of_spline(surface: &HeightField, spline: &SurfaceSpline) -> Self {
         let heights = surface.heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
-        let (extent, spline) = (surface.extent(), SurfaceSpline::through(surface));
+        let extent = surface.extent();
         let (spacing, contour) = (extent.node_spacing(nx, ny), surface.contour());
         let node = |k: usize| extent.node(k % nx, k / nx, nx, ny);
         let (mut hollows, mut slopes) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);

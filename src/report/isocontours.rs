@@ -51,6 +51,11 @@ pub struct Isocontours {
 impl Isocontours {
     /// Draws them on a picture whose longer side has [`LONGEST_PX`](Self::LONGEST_PX) pixels.
     pub fn of(surface: &HeightField) -> Self {
+        Self::of_spline(surface, &SurfaceSpline::through(surface))
+    }
+
+    /// The same with the spline through the nodes at hand.
+    pub fn of_spline(surface: &HeightField, spline: &SurfaceSpline) -> Self {
         let size = surface.extent();
         let interval = contour_interval_mm(surface);
         let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
@@ -60,7 +65,7 @@ impl Isocontours {
             rounded(size.width_mm),
             rounded(size.height_mm)
         );
-        Self { picture: drawing(surface, interval, Self::LONGEST_PX), caption }
+        Self { picture: drawing(surface, spline, interval, Self::LONGEST_PX), caption }
     }
 
     /// Length of the longer side of the picture, pixels.
@@ -82,11 +87,11 @@ fn rounded(mm: f64) -> f64 {
     (mm * 1e6).round() / 1e6
 }
 
-fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> GrayImage {
+fn drawing(surface: &HeightField, spline: &SurfaceSpline, interval: Option<f64>, longest_px: u32) -> GrayImage {
     let size = surface.extent().as_vec();
     let longest = f64::from(longest_px.max(64));
     let [width, height] = (size / size.max_element() * longest).round().max(DVec2::splat(2.0)).to_array();
-    let relief = Relief::sample(surface, width as usize, height as usize);
+    let relief = Relief::sample(surface, spline, width as usize, height as usize);
     let (low, high) = surface.range_mm();
     let mut image = GrayImage::from_pixel(width as u32, height as u32, Luma([TINT[1] as u8]));
     if let Some(interval) = interval {
@@ -115,8 +120,7 @@ fn drawing(surface: &HeightField, interval: Option<f64>, longest_px: u32) -> Gra
 struct Relief(Field<[f64; 3]>);
 
 impl Relief {
-    fn sample(surface: &HeightField, width: usize, height: usize) -> Self {
-        let spline = SurfaceSpline::through(surface);
+    fn sample(surface: &HeightField, spline: &SurfaceSpline, width: usize, height: usize) -> Self {
         let lattice = spline.lattice(width, height);
         // From +x and +y to right and down.
         let pixel = -surface.extent().node_spacing(width, height);
@@ -275,7 +279,7 @@ mod tests {
         let bowl = surface(33, 33, extent, |at| 0.002 * at.length_squared());
         let shift = bowl.heights_mm()[(16, 16)];
         let interval = contour_interval_mm(&bowl).unwrap();
-        let relief = Relief::sample(&bowl, 501, 501);
+        let relief = Relief::sample(&bowl, &SurfaceSpline::through(&bowl), 501, 501);
         let mut image = GrayImage::from_pixel(501, 501, Luma([255]));
         draw_lines(&mut image, &relief, interval);
         let mut dark = 0;
@@ -293,18 +297,22 @@ mod tests {
     #[test]
     fn the_drawing_lies_like_the_picture_on_the_wall() {
         let tilted = surface(9, 9, Extent::new(100.0, 50.0), |at| 0.01 * at.x + 0.01 * at.y);
-        let relief = Relief::sample(&tilted, 101, 51);
+        let relief = Relief::sample(&tilted, &SurfaceSpline::through(&tilted), 101, 51);
         let [top_left, ..] = relief.at(0, 0);
         assert!((top_left - 0.75).abs() < 1e-12, "top left is at greatest x and y");
         let [_, p, q] = relief.at(50, 25);
         assert!((p + 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it falls to the right and downwards");
-        assert_eq!(drawing(&tilted, Some(0.1), 400).dimensions(), (400, 200));
+        assert_eq!(drawing(&tilted, &SurfaceSpline::through(&tilted), Some(0.1), 400).dimensions(), (400, 200));
     }
 
     #[test]
     fn planes_and_slivers_are_drawn_too() {
         let plane = surface(5, 5, Extent::new(100.0, 100.0), |_| 1.0);
-        assert!(drawing(&plane, contour_interval_mm(&plane), 100).pixels().all(|p| p.0[0] == 255));
+        assert!(
+            drawing(&plane, &SurfaceSpline::through(&plane), contour_interval_mm(&plane), 100)
+                .pixels()
+                .all(|p| p.0[0] == 255)
+        );
         let sliver = surface(500, 4, Extent::new(1000.0, 1.0), |at| (0.01 * at.x).sin());
         let longest = Isocontours::LONGEST_PX;
         assert_eq!(Isocontours::of(&sliver).sheet().dimensions(), (longest + 2 * MARGIN, 2 + MARGIN + CAPTION));
