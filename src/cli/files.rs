@@ -100,14 +100,12 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
             let (send, next, order, made) = (send.clone(), &next, &order, &made);
             let work = move || {
                 while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let mut outcome = make_one(task, &outputs[k], height_map);
-                    if let Ok(Made { mesh: Some(mesh), .. }) = &mut outcome {
-                        if k == first {
-                            // Nobody may wait for it any more.
-                            let _ = send.send(std::mem::take(mesh));
-                        }
-                        // Of the others the vertices are compared.
-                        mesh.normals = None;
+                    // Of the others the vertices are compared.
+                    let read = if k == first { judge::read } else { judge::read_bare };
+                    let mut outcome = make_one(task, &outputs[k], height_map, read);
+                    if let (Ok(Made { mesh, .. }), true) = (&mut outcome, k == first) {
+                        // Nobody may wait for it any more.
+                        let _ = mesh.take().map(|mesh| send.send(mesh));
                     }
                     let _ = made[k].set(outcome);
                 }
@@ -120,9 +118,9 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
     let made: Vec<Made> = made.into_iter().filter_map(OnceLock::into_inner).collect::<Result<_, Failure>>()?;
     let (mut notes, mut others) = (Vec::new(), Vec::new());
     let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
-    for (k, (output, Made { note, sha256, mesh })) in outputs.iter().zip(made).enumerate() {
+    for (output, Made { note, sha256, mesh }) in outputs.iter().zip(made) {
         notes.extend(note);
-        others.extend(mesh.filter(|_| k != first).map(|mesh| (output.clone(), mesh)));
+        others.extend(mesh.map(|mesh| (output.clone(), mesh)));
         sets.entry(side_file::path_beside(output)).or_default().push((output, sha256));
     }
     if let Some((map, mask)) = height_map.and_then(|map| Some((map, map.mask()?))) {
@@ -140,7 +138,12 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
 }
 
 /// Writes, hashes and reads back one file.
-fn make_one(task: &Task<'_>, output: &Path, height_map: Option<&HeightMap>) -> Result<Made, Failure> {
+fn make_one(
+    task: &Task<'_>,
+    output: &Path,
+    height_map: Option<&HeightMap>,
+    read: fn(&Path) -> Result<Mesh, Failure>,
+) -> Result<Made, Failure> {
     let Task { plan, block, args, .. } = *task;
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
@@ -162,7 +165,7 @@ fn make_one(task: &Task<'_>, output: &Path, height_map: Option<&HeightMap>) -> R
     let sha256 = side_file::hash_of(output)?;
     // The way of a tip is no face that light could be traced through.
     let is_judged = args.is_verified() && (args.height_map_cutter.is_none() || format.is_ok());
-    let mesh = is_judged.then(|| judge::read(output)).transpose()?;
+    let mesh = is_judged.then(|| read(output)).transpose()?;
     Ok(Made { note, sha256, mesh })
 }
 

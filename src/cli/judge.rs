@@ -68,8 +68,17 @@ impl Subject {
 
 /// Reads a mesh file.
 pub(crate) fn read(path: &Path) -> Result<Mesh, Failure> {
+    read_by(load::read, path)
+}
+
+/// Reads a mesh file but for its normals.
+pub(crate) fn read_bare(path: &Path) -> Result<Mesh, Failure> {
+    read_by(load::read_bare, path)
+}
+
+fn read_by(read: impl Fn(&Path) -> Result<Mesh, LoadError>, path: &Path) -> Result<Mesh, Failure> {
     let _span = tracing::info_span!("read back", file = %path.display()).entered();
-    load::read(path).map_err(|error| {
+    read(path).map_err(|error| {
         let what = format!("{} is no readable mesh", path.display());
         match error {
             LoadError::Read { .. } => Failure::Io { what, source: error.into() },

@@ -1,6 +1,6 @@
 //! Binary glTF: metres and +Y up, turned into the frame of the block.
 
-use super::{Allowance, Assembler, LoadError, Points};
+use super::{Allowance, Assembler, LoadError, Normals, Points};
 use crate::mesh::Mesh;
 use glam::{DMat3, DMat4, DVec3};
 use gltf::{
@@ -20,7 +20,7 @@ fn to_frame(v: DVec3) -> DVec3 {
 }
 
 /// Parses all triangles of the default scene (the first one, if none is named) with the transformations of their nodes.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
+pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let Glb { json, bin, .. } = Glb::from_slice(bytes).map_err(|error| malformed(error.to_string()))?;
     let document = document(&json)?;
     let blob = bin.ok_or_else(|| malformed("it has no binary chunk"))?;
@@ -41,7 +41,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         let placed = parent * local;
         for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>()) {
             allowance.take(points(&primitive), "GLB")?;
-            add(&primitive, &blob, placed, &mut assembler, &mut directions)?;
+            add(&primitive, &blob, (placed, normals), &mut assembler, &mut directions)?;
         }
         waiting.extend(node.children().map(|child| (child, placed)));
     }
@@ -69,7 +69,7 @@ fn points(primitive: &Primitive<'_>) -> usize {
 fn add(
     primitive: &Primitive<'_>,
     blob: &[u8],
-    placed: DMat4,
+    (placed, wanted): (DMat4, Normals),
     assembler: &mut Assembler,
     directions: &mut Vec<DVec3>,
 ) -> Result<(), LoadError> {
@@ -106,8 +106,9 @@ fn add(
         return Err(malformed(format!("{} indices are not triples", indices.len())));
     }
     let first_normal = u32::try_from(directions.len()).map_err(|_| LoadError::TooLarge)?;
-    let with_normals = reader.read_normals().is_some();
-    if let Some(normals) = reader.read_normals() {
+    let normals = reader.read_normals().filter(|_| wanted == Normals::Read);
+    let with_normals = normals.is_some();
+    if let Some(normals) = normals {
         let turned = DMat3::from_mat4(placed).inverse().transpose();
         directions.extend(normals.map(|v| to_frame(turned * vector(v)).normalize_or_zero()));
     }
@@ -189,7 +190,7 @@ mod tests {
 
     #[test]
     fn metres_with_y_up_become_millimetres_with_z_up() {
-        let mesh = parse(&triangle(JSON)).unwrap();
+        let mesh = parse(&triangle(JSON), Normals::Read).unwrap();
         let expected = [DVec3::new(0.0, 0.0, 4.0), DVec3::new(1.0, 0.0, 4.0), DVec3::new(0.0, 2.0, 4.0)];
         for (ours, theirs) in mesh.vertices.iter().zip(expected) {
             assert!((*ours - theirs).length() < 1e-6);
@@ -201,7 +202,7 @@ mod tests {
     #[test]
     fn node_transformations_apply() {
         let json = JSON.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[2,2,2],"translation":[0,0.01,0]}"#);
-        let mesh = parse(&triangle(&json)).unwrap();
+        let mesh = parse(&triangle(&json), Normals::Read).unwrap();
         assert!((mesh.vertices[2] - DVec3::new(0.0, 4.0, 18.0)).length() < 1e-5);
     }
 
@@ -217,11 +218,11 @@ mod tests {
         ] {
             assert!(JSON.contains(from), "{from}");
             let broken = triangle(&JSON.replacen(from, to, 1));
-            assert!(matches!(parse(&broken), Err(LoadError::Malformed { .. })), "{to}");
+            assert!(matches!(parse(&broken, Normals::Read), Err(LoadError::Malformed { .. })), "{to}");
         }
         let good = triangle(JSON);
         for length in 0..good.len() {
-            assert!(parse(&good[..length]).is_err(), "cut to {length} bytes");
+            assert!(parse(&good[..length], Normals::Read).is_err(), "cut to {length} bytes");
         }
     }
 }

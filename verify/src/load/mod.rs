@@ -122,6 +122,18 @@ impl Format {
 /// # Errors
 /// See [`LoadError`].
 pub fn read(path: &Path) -> Result<Mesh, LoadError> {
+    read_with(path, Normals::Read)
+}
+
+/// The same without normals, which take as much time as all the rest: whether there are any, and sound ones, is not found out.
+///
+/// # Errors
+/// See [`LoadError`].
+pub fn read_bare(path: &Path) -> Result<Mesh, LoadError> {
+    read_with(path, Normals::PassOver)
+}
+
+fn read_with(path: &Path, normals: Normals) -> Result<Mesh, LoadError> {
     let format = Format::from_path(path)?;
     let failed = |source| LoadError::Read { path: path.into(), source };
     let mut file = File::open(path).map_err(failed)?;
@@ -129,10 +141,17 @@ pub fn read(path: &Path) -> Result<Mesh, LoadError> {
     // The large ones, piece by piece: memory that is new to a process takes more time than parsing.
     let mesh = match format {
         Format::Stl if about.is_file() => stl::stream(&mut file, about.len(), &failed)?,
-        Format::Obj if about.is_file() => obj::stream(&mut file, &failed)?,
+        Format::Obj if about.is_file() => obj::stream(&mut file, normals, &failed)?,
         _ => None,
     };
-    mesh.map_or_else(|| parse(format, &std::fs::read(path).map_err(failed)?), Ok)
+    mesh.map_or_else(|| parse_with(format, &std::fs::read(path).map_err(failed)?, normals), Ok)
+}
+
+/// What is done with the normals of a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Normals {
+    Read,
+    PassOver,
 }
 
 /// What it means that reading fails.
@@ -146,16 +165,21 @@ type Failed<'a> = &'a dyn Fn(io::Error) -> LoadError;
 /// # Errors
 /// See [`LoadError`].
 pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, LoadError> {
-    match format {
+    parse_with(format, bytes, Normals::Read)
+}
+
+fn parse_with(format: Format, bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
+    let mesh = match format {
         Format::Stl => stl::parse(bytes),
-        Format::Obj => obj::parse(bytes),
-        Format::Glb => glb::parse(bytes),
+        Format::Obj => obj::parse(bytes, normals),
+        Format::Glb => glb::parse(bytes, normals),
         Format::Ply => ply::parse(bytes),
         Format::Step => step::parse(bytes),
         Format::ThreeMf => three_mf::parse(bytes),
         Format::HeightMapPng => height_map::parse_png(bytes),
         Format::HeightMapExr => height_map::parse_exr(bytes),
-    }
+    }?;
+    Ok(if normals == Normals::Read { mesh } else { Mesh { normals: None, ..mesh } })
 }
 
 /// How many points a file may make. Some formats let a few bytes stand for any number of them: one mesh in many places, a spline

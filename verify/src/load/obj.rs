@@ -1,20 +1,20 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, Failed, LoadError, Points};
+use super::{Assembler, Failed, LoadError, Normals, Points};
 use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::io::{self, Read};
 
 /// Parses the geometry of an OBJ file, all objects together; polygons are cut into fans, materials are passed over.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
+pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let failed = |error: io::Error| LoadError::Malformed { format: "OBJ", reason: error.to_string() };
-    stream(&mut &*bytes, &failed)?.map_or_else(|| any(bytes), Ok)
+    stream(&mut &*bytes, normals, &failed)?.map_or_else(|| any(bytes), Ok)
 }
 
 /// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores and without holding it as a whole.
 /// `None` for any other, of which a part has been read.
-pub(super) fn stream(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
+pub(super) fn stream(file: &mut impl Read, normals: Normals, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
     let (mut assembler, mut points, mut directions) = (Assembler::new(0), Points::new(Vec::new()), Vec::new());
     let (mut pieces, mut line) = (vec![Vec::new(); PIECES], Vec::new());
     loop {
@@ -24,7 +24,7 @@ pub(super) fn stream(file: &mut impl Read, failed: Failed<'_>) -> Result<Option<
         if pieces[0].is_empty() {
             break;
         }
-        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain(piece)).collect();
+        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain(piece, normals)).collect();
         let Some(parsed) = parsed else { return Ok(None) };
         for piece in parsed {
             points.extend(piece.positions.iter().map(|v| v.as_dvec3()));
@@ -85,22 +85,27 @@ struct Plain {
     normals: Vec<[u32; 3]>,
 }
 
-fn plain(mut text: &[u8]) -> Option<Plain> {
+fn plain(mut text: &[u8], normals: Normals) -> Option<Plain> {
     let mut piece = Plain::default();
     while let [first, after @ ..] = text {
         text = match (first, after) {
             (b'v', [b' ' | b'\t', after @ ..]) => vector(after, &mut piece.positions)?,
-            (b'v', [b'n', b' ' | b'\t', after @ ..]) => vector(after, &mut piece.directions)?,
-            (b'f', [b' ' | b'\t', after @ ..]) => triangle(after, &mut piece)?,
-            (b'#', _) | (b'o' | b'g' | b's', [b' ' | b'\t' | b'\r' | b'\n', ..]) => {
-                let end = after.iter().position(|&b| b == b'\n').unwrap_or(after.len());
-                &after[end..]
+            (b'v', [b'n', b' ' | b'\t', after @ ..]) if normals == Normals::Read => {
+                vector(after, &mut piece.directions)?
             }
+            (b'v', [b'n', b' ' | b'\t', ..]) => rest_of_line(after),
+            (b'f', [b' ' | b'\t', after @ ..]) => triangle(after, normals, &mut piece)?,
+            (b'#', _) | (b'o' | b'g' | b's', [b' ' | b'\t' | b'\r' | b'\n', ..]) => rest_of_line(after),
             (b' ' | b'\t' | b'\r' | b'\n', after) => after,
             _ => return None,
         };
     }
     Some(piece)
+}
+
+/// The text from the next end of a line on.
+fn rest_of_line(text: &[u8]) -> &[u8] {
+    &text[text.iter().position(|&b| b == b'\n').unwrap_or(text.len())..]
 }
 
 /// The text after blanks.
@@ -136,7 +141,7 @@ fn vector<'a>(mut text: &'a [u8], vectors: &mut Vec<Vec3>) -> Option<&'a [u8]> {
 }
 
 /// Reads three corners, and no more: all with normals, or none.
-fn triangle<'a>(mut text: &'a [u8], piece: &mut Plain) -> Option<&'a [u8]> {
+fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut Plain) -> Option<&'a [u8]> {
     let (mut corners, mut normals, mut with_normals) = ([0; 3], [0; 3], 0);
     for (corner, normal) in corners.iter_mut().zip(&mut normals) {
         (*corner, text) = number(after_blanks(text))?;
@@ -151,7 +156,8 @@ fn triangle<'a>(mut text: &'a [u8], piece: &mut Plain) -> Option<&'a [u8]> {
     piece.triangles.push(corners);
     match with_normals {
         0 => {}
-        3 => piece.normals.push(normals),
+        3 if wanted == Normals::Read => piece.normals.push(normals),
+        3 => {}
         _ => return None,
     }
     line_end(text)
@@ -211,6 +217,7 @@ mod tests {
     fn quads_objects_and_normals_are_read() {
         let mesh = parse(
             b"mtllib none.mtl\no a\nv 0 0 0\nv 1 0 0\nv 1 1 0.25\nv 0 1 0\nvn 0 0 1\nvn 0 0 -1\nf 1//1 2//1 3//1 4//1\no b\nf 3//2 2//2 1//2\n",
+            Normals::Read,
         )
         .unwrap();
         assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (4, 3));
@@ -221,7 +228,7 @@ mod tests {
     }
 
     fn is_plain(text: &str) -> bool {
-        matches!(stream(&mut text.as_bytes(), &|source| panic!("{source}")), Ok(Some(_)) | Err(_))
+        matches!(stream(&mut text.as_bytes(), Normals::Read, &|source| panic!("{source}")), Ok(Some(_)) | Err(_))
     }
 
     #[test]
@@ -230,13 +237,15 @@ mod tests {
         let without = "v 0 0 0\r\nv 1 0 0\r\n\nv 1 1 0\nf 1 2 3\nf 3 2 1";
         for text in [with_normals, without] {
             assert!(is_plain(text));
-            let (ours, theirs) = (parse(text.as_bytes()).unwrap(), any(text.as_bytes()).unwrap());
+            let (ours, theirs) = (parse(text.as_bytes(), Normals::Read).unwrap(), any(text.as_bytes()).unwrap());
             assert_eq!((&ours.vertices, &ours.triangles), (&theirs.vertices, &theirs.triangles));
             let told = |mesh: &Mesh| {
                 let normals = mesh.normals.as_ref()?;
                 Some(normals.corners.iter().map(|c| c.map(|k| normals.directions[k as usize])).collect::<Vec<_>>())
             };
             assert_eq!(told(&ours), told(&theirs));
+            let bare = parse(text.as_bytes(), Normals::PassOver).unwrap();
+            assert_eq!(bare, Mesh { normals: None, ..ours });
         }
         for other in [
             "v 0 0 0 1\n",
@@ -263,7 +272,7 @@ mod tests {
         (0..n).for_each(|k| text += &format!("v {k} {} 0.5\n", k % 7));
         (0..n - 2).for_each(|k| text += &format!("f {} {} {}\n", k + 1, k + 3, k + 2));
         assert!(text.len() > 2 * PIECE);
-        let mesh = parse(text.as_bytes()).unwrap();
+        let mesh = parse(text.as_bytes(), Normals::Read).unwrap();
         assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (n, n - 2));
         assert!(mesh.corners(n - 3).iter().zip([n - 3, n - 1, n - 2]).all(|(at, k)| at.x == k as f64));
         assert_eq!(mesh, any(text.as_bytes()).unwrap());
@@ -274,9 +283,16 @@ mod tests {
         for broken in
             [&b"v 0 0 0\nf 1 2 3\n"[..], b"v a b c\n", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n", b"\xff\xfe\n"]
         {
-            assert!(matches!(parse(broken), Err(LoadError::Malformed { .. })), "{:?}", parse(broken));
+            assert!(
+                matches!(parse(broken, Normals::Read), Err(LoadError::Malformed { .. })),
+                "{:?}",
+                parse(broken, Normals::Read)
+            );
         }
-        assert!(matches!(parse(b"# nothing\n"), Err(LoadError::Empty)));
-        assert!(matches!(parse(b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), Err(LoadError::NotFinite { .. })));
+        assert!(matches!(parse(b"# nothing\n", Normals::Read), Err(LoadError::Empty)));
+        assert!(matches!(
+            parse(b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", Normals::Read),
+            Err(LoadError::NotFinite { .. })
+        ));
     }
 }
