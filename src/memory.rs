@@ -5,7 +5,7 @@
 //!
 //! ```text
 //! solve  = 20 MB + 40 P + 700 G + 50 N
-//! write  = 90 MB + 40 P + 116 N
+//! write  = 50 MB + 40 P + 160 min(P, 1024²) + 116 N
 //! verify = 40 MB + 40 P + 790 min(P, 1024²) + 145 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
 //! ```
 //!
@@ -67,7 +67,7 @@ const JUDGED: u64 = 1024 * 1024;
 /// The program itself.
 const BASE: u64 = 20_000_000;
 /// Pictures of the block.
-const PICTURES: u64 = 70_000_000;
+const PICTURES: u64 = 30_000_000;
 /// Pieces of text that are formatted or parsed at a time.
 const PIECES: u64 = 16_000_000;
 
@@ -98,7 +98,7 @@ impl Load {
             Method::Transport => 700 * self.nodes.min(self.pixels).min(JUDGED) + 50 * self.nodes,
             Method::Warping => 550 * self.nodes,
         };
-        let written = PICTURES + 116 * self.nodes;
+        let written = PICTURES + 160 * self.pixels.min(JUDGED) + 116 * self.nodes;
         let verify = self.verified.map_or(0, |files| {
             let of_nodes = 145 + 140 * files.with_normals + 85 * files.others;
             BASE + 790 * self.pixels.min(JUDGED) + PIECES * files.with_normals + of_nodes * self.nodes

@@ -244,12 +244,12 @@ fn a_design_that_would_not_fit_into_memory_is_refused_with_a_remedy() {
     let said = |line: &str| {
         let mut command = Command::new(assert_cmd::cargo::cargo_bin!("glasswarp"));
         let output =
-            command.args(line.split(' ')).current_dir(shop.root()).env("GLASSWARP_MEMORY", "44").output().unwrap();
+            command.args(line.split(' ')).current_dir(shop.root()).env("GLASSWARP_MEMORY", "54").output().unwrap();
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     let (code, text) = said("design picture.png --nodes 257 -o b.stl");
     assert_eq!(code, Some(REFUSED), "{text}");
-    for words in ["44 MB are free", "--nodes 1", "--no-verify", "--ignore-memory"] {
+    for words in ["54 MB are free", "--nodes 1", "--no-verify", "--ignore-memory"] {
         assert!(text.contains(words), "'{words}' is not in\n{text}");
     }
     assert!(!shop.files().contains(&"b.stl".to_owned()));
