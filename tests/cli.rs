@@ -32,7 +32,7 @@ fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     }
     for step in [
         "the solver's own map",
-        "the height field in double precision, nodes within",
+        "the height field in f64: nodes within",
         "block.stl read back, its smooth surface",
         "on the normal-mapped plane (the paper's assumption)",
         "smooth normals",
@@ -142,8 +142,8 @@ fn the_budget_tells_the_plane_from_the_surface() {
         let own = figure(out, "the solver's own map");
         let step = format!("{}.stl read back, its smooth surface", if out == &near { "near" } else { "far" });
         assert!((figure(out, &step) - own).abs() < 2e-3, "{step}: {out}");
-        let rounded = out.lines().find(|line| line.contains("the height field in double precision")).unwrap();
-        let most_um: f64 = rounded.split("at most ").nth(1).unwrap().trim_end_matches(" um").parse().unwrap();
+        let rounded = out.lines().find(|line| line.contains("the height field in f64")).unwrap();
+        let most_um: f64 = rounded.split("light within ").nth(1).unwrap().trim_end_matches(" um").parse().unwrap();
         assert!(most_um < 5.0, "{rounded}");
     }
     let plane = |out| figure(out, "on the normal-mapped plane (the paper's assumption)");

@@ -88,7 +88,7 @@ impl Ledger<'_> {
         if most >= NO_PIXEL * bench.window().width_mm / self.examiner.pixels().0 as f64 {
             return self.look(name, &subject()?, Surface::Spline, Geometry::Displaced);
         }
-        self.steps.push(Step { name: format!("{name}: light moves by at most {:.1} um", 1e3 * most), seen: None });
+        self.steps.push(Step { name: format!("{name}, light within {:.1} um", 1e3 * most), seen: None });
         Ok(())
     }
 
@@ -176,9 +176,9 @@ pub(crate) fn of_design(
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
     ledger.book_all(std::iter::once(own).chain(read_back).collect())?;
     let after = ledger.steps.split_off(ledger.steps.len().min(1));
-    let exact = "the height field in double precision";
+    let exact = "the height field in f64";
     match off_nodes(block, &judged.subject) {
-        Some(off) => ledger.book_near(format!("{exact}, nodes"), off, design, || double_precision(block))?,
+        Some(off) => ledger.book_near(format!("{exact}: nodes"), off, design, || double_precision(block))?,
         None => ledger.look(exact, &double_precision(block)?, Surface::Spline, Geometry::Displaced)?,
     }
     ledger.steps.extend(after);
@@ -204,7 +204,7 @@ pub(crate) fn of_other(
     let off = alike.then(|| Off::between(&mesh.vertices, &judged.mesh.vertices));
     let subject = || Subject::of(Cow::Owned(mesh), path);
     match off {
-        Some(off) => ledger.book_near(format!("{name} read back, vertices"), off, design, subject)?,
+        Some(off) => ledger.book_near(format!("{name} read back: vertices"), off, design, subject)?,
         None => {
             let name = format!("{name} read back, its smooth surface");
             ledger.look(name, &subject()?, Surface::Spline, Geometry::Displaced)?;

@@ -212,7 +212,7 @@ impl Solid {
             solid.number_faces();
             return Ok(solid);
         }
-        solid.normals = spline.node_slopes().as_slice().iter().map(|&slope| normal_of(slope)).collect();
+        solid.normals = spline.node_slopes().as_slice().par_iter().map(|&slope| normal_of(slope)).collect();
         match shape.rim {
             None => solid.close_below(),
             Some(rim) => {
