@@ -103,6 +103,7 @@ impl Ledger<'_> {
         self.book(name, image)
     }
 }
+
 /// The light of a block in every [view](VIEWS). Empty for another solid, or without a target.
 pub(crate) fn views(subject: &Subject, examiner: &Examiner) -> Result<Vec<Image>, Failure> {
     if examiner.wanted().is_none() || matches!(subject, Subject::Solid(_)) {

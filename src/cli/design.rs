@@ -26,6 +26,7 @@ use glasswarp::{
 };
 use std::{
     path::{Path, PathBuf},
+    sync::LazyLock,
     time::{Duration, Instant},
 };
 
@@ -95,10 +96,13 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let solved = start.elapsed();
     progress.begin("writing files and tracing", 0);
     let task = files::Task { plan: &plan, block: &block, outputs: &outputs, args };
-    let (Files { notes, others }, (portrait, opinion)) = files::make(&task, |first| {
-        // Before there is a file to look at.
-        let portrait = Portrait::of(&block, &plan.bench);
-        (portrait, if args.no_verify { Ok(None) } else { Opinion::of(&plan, &block, first) })
+    let portrait = LazyLock::new(|| Portrait::of(&block, &plan.bench));
+    let (Files { notes, others }, opinion) = files::make(&task, |first| {
+        if report.is_some() || !args.no_verify {
+            // Before there is a file to look at.
+            LazyLock::force(&portrait);
+        }
+        if args.no_verify { Ok(None) } else { Opinion::of(&plan, &block, first) }
     })?;
     let mut opinion = opinion?;
     opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(&plan, &block, others))?;
@@ -108,10 +112,10 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         None => draw_weakness(&plan, &outputs[0], &block),
     };
     let write_page = || {
-        let (opinion, portrait) = (opinion.as_ref(), &portrait);
-        let page =
-            DesignPage { plan: &plan, outputs: &outputs, block: &block, portrait, opinion, notes: &notes, solved };
-        report.as_ref().map_or(Ok(()), |path| page.write(path))
+        let Some(path) = &report else { return Ok(()) };
+        let (opinion, portrait) = (opinion.as_ref(), &*portrait);
+        DesignPage { plan: &plan, outputs: &outputs, block: &block, portrait, opinion, notes: &notes, solved }
+            .write(path)
     };
     let (pictures, written) = rayon::join(draw, write_page);
     progress.finish();

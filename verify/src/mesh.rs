@@ -140,16 +140,7 @@ impl Welder {
         if let Some(&known) = self.recent.iter().find(|&&k| is_at(k)) {
             return Some(known);
         }
-        let late = &mut self.late[place(position)];
-        let index = if is_at(self.next) {
-            self.next
-        } else if is_at(*late) {
-            *late
-        } else {
-            *late = u32::try_from(self.vertices.len()).ok().filter(|&i| i != u32::MAX)?;
-            self.vertices.push(position);
-            *late
-        };
+        let index = if is_at(self.next) { self.next } else { self.index_of_few(position)? };
         if index as usize + 1 < self.vertices.len() {
             self.next = index + 1;
         }

@@ -116,6 +116,11 @@ fn after_blanks(mut text: &[u8]) -> &[u8] {
     text
 }
 
+/// Whether a word ends where this text begins.
+fn ends_here(text: &[u8]) -> bool {
+    matches!(text, [] | [b' ' | b'\t' | b'\r' | b'\n', ..])
+}
+
 /// The text from the end of a line on, if nothing but blanks stands before it.
 fn line_end(text: &[u8]) -> Option<&[u8]> {
     match after_blanks(text) {
@@ -132,7 +137,7 @@ fn vector<'a>(mut text: &'a [u8], vectors: &mut Vec<Vec3>) -> Option<&'a [u8]> {
         let length;
         (*value, length) = fast_float2::parse_partial::<f32, _>(number).ok()?;
         text = &number[length..];
-        if !matches!(text, [] | [b' ' | b'\t' | b'\r' | b'\n', ..]) {
+        if !ends_here(text) {
             return None;
         }
     }
@@ -149,7 +154,7 @@ fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut Plain) -> Optio
             (*normal, text) = number(after)?;
             with_normals += 1;
         }
-        if !matches!(text, [] | [b' ' | b'\t' | b'\r' | b'\n', ..]) {
+        if !ends_here(text) {
             return None;
         }
     }
