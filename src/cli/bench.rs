@@ -146,14 +146,14 @@ pub(crate) fn exit_face_of(scene: &Scene) -> ExitFace {
     }
 }
 
-/// A bench for programs.
-pub(crate) fn to_json(exit_face: ExitFace, light: String, scene: &Scene) -> json::Bench {
+/// A bench for programs. `entry_z_mm` is the entry face of its block.
+pub(crate) fn to_json(scene: &Scene, entry_z_mm: f64) -> json::Bench {
     json::Bench {
-        ior: match exit_face {
-            ExitFace::Refracts { ior } => Some(ior),
-            ExitFace::Reflects => None,
+        ior: match scene.optics {
+            Optics::Refracts { ior } => Some(ior),
+            Optics::Reflects => None,
         },
-        light,
+        light: light_in_words(scene, entry_z_mm),
         distance_mm: scene.distance_mm,
         window_mm: scene.window.size_mm.to_array(),
         window_centre_mm: scene.window.centre_mm.to_array(),
@@ -168,38 +168,46 @@ pub(crate) fn exit_face_in_words(exit_face: ExitFace) -> String {
     }
 }
 
-/// The light of a bench in words.
-pub(crate) fn light_in_words(bench: &Bench) -> String {
-    let onto = match bench.exit_face() {
-        ExitFace::Refracts { .. } => "the planar entry face",
-        ExitFace::Reflects => "the mirror, from the receiver's side",
+/// The middle of what light meets first, mm: of the entry face, or of the mirror.
+pub(crate) fn first_met(scene: &Scene, entry_z_mm: f64) -> DVec3 {
+    match scene.optics {
+        Optics::Refracts { .. } => DVec3::Z * entry_z_mm,
+        Optics::Reflects => DVec3::ZERO,
+    }
+}
+
+/// The light of a bench in words. `entry_z_mm` is the entry face of its block.
+pub(crate) fn light_in_words(scene: &Scene, entry_z_mm: f64) -> String {
+    let onto = match scene.optics {
+        Optics::Refracts { .. } => "the planar entry face",
+        Optics::Reflects => "the mirror, from the receiver's side",
     };
-    let uneven = if bench.profile().is_some() { ", spread unevenly over the block" } else { "" };
-    match bench.light() {
-        Light::Parallel { direction } => {
-            let sin = direction.truncate() * bench.exit_face().ior();
+    let measured = if scene.profile.is_some() { ", its beam as measured" } else { "" };
+    match &scene.light {
+        verify::Light::Parallel { direction } => {
+            let sin = direction.normalize_or_zero().truncate();
             if sin == DVec2::ZERO {
-                format!("parallel, straight onto {onto}{uneven}")
+                format!("parallel, straight onto {onto}{measured}")
             } else {
-                format!("parallel, {} onto {onto}{uneven}", from_the_side(sin.length().asin(), -sin))
+                format!("parallel, {} onto {onto}{measured}", from_the_side(sin.length().asin(), -sin))
             }
         }
-        Light::Point { position_mm, thickness_mm, intensity } => {
-            let middle = match bench.exit_face() {
-                ExitFace::Refracts { .. } => -thickness_mm,
-                ExitFace::Reflects => 0.0,
-            };
-            let away = position_mm - DVec3::Z * middle;
+        verify::Light::Point { position_mm, emission, .. } => {
+            let away = *position_mm - first_met(scene, entry_z_mm);
             let side = away.truncate();
             let place = if side == DVec2::ZERO {
                 "straight in front of".to_owned()
             } else {
                 format!("{} of", from_the_side((side.length() / away.length()).asin(), side))
             };
-            let how = match (bench.profile(), intensity) {
-                (Some(_), _) => uneven,
-                (None, Intensity::Isotropic) => ", the same in all directions",
-                (None, Intensity::Lambertian) => ", a small flat emitter",
+            let how = match emission {
+                _ if scene.profile.is_some() => measured.to_owned(),
+                Emission::Isotropic => ", the same in all directions".to_owned(),
+                Emission::Lambertian => ", a small flat emitter (Lambertian)".to_owned(),
+                Emission::Gaussian { half_angle } => {
+                    format!(", a Gaussian beam, half as bright {:.1} degrees from its axis", half_angle.to_degrees())
+                }
+                Emission::Table(_) => ", a lamp as its maker measured it (IES)".to_owned(),
             };
             format!("a point {:.1} mm away, {place} the middle of {onto}{how}", away.length())
         }
@@ -287,6 +295,28 @@ pub(crate) fn scene_of(record: &BenchRecord, settings: &Settings) -> Result<Scen
         scene.profile = Some(verify::BeamProfile::new(image, size_mm, DVec2::ZERO).map_err(Failure::refused)?);
     }
     Ok(scene)
+}
+
+/// The bench of a scene for drawings, with the part of its block's face that draws: where rays run, however much light they carry.
+///
+/// # Errors
+/// Everything that makes no bench.
+pub(crate) fn drawn_bench(scene: &Scene, drawing: Extent, entry_z_mm: f64) -> Result<Bench, Failure> {
+    let build = || {
+        let mut bench = Bench::new(drawing, scene.distance_mm, exit_face_of(scene))?;
+        if scene.receiver_turned != DVec3::ZERO {
+            bench = bench.with_receiver_turned(scene.receiver_turned)?;
+        }
+        bench = match &scene.light {
+            verify::Light::Parallel { direction } => bench.with_light_in_air(*direction)?,
+            verify::Light::Point { position_mm, .. } => {
+                bench.with_point_source(*position_mm, -entry_z_mm, Intensity::Isotropic)?
+            }
+        };
+        let size = scene.window.size_mm;
+        bench.with_window(Extent::new(size.x, size.y), scene.window.centre_mm)
+    };
+    build().map_err(Failure::refused)
 }
 
 /// What a user should know of a bench before a block is made for it.

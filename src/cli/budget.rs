@@ -4,12 +4,12 @@ use super::{
     console::say,
     error::Failure,
     judge::{self, Examiner, Judgement, Subject},
+    otherwise::thrown_mm,
     side_file::file_name,
-    workpiece::block_of,
 };
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use glasswarp::{
-    bench::{Bench, ExitFace},
+    bench::Bench,
     forward,
     grid::Field,
     pipeline,
@@ -18,7 +18,7 @@ use glasswarp::{
     surface::SurfaceSpline,
 };
 use glasswarp_verify::{
-    Geometry, Image, Mesh, Surface,
+    Block, Geometry, Image, Mesh, Surface,
     metrics::{self, Likeness},
 };
 use image::GrayImage;
@@ -80,12 +80,13 @@ impl Ledger<'_> {
         &mut self,
         name: String,
         off: Off,
-        (block, bench): (&pipeline::Block, &Bench),
+        judged: &Subject,
         subject: impl FnOnce() -> Result<Subject, Failure>,
     ) -> Result<(), Failure> {
-        let most = farthest(off, block, bench);
+        let most = farthest(off, judged, self.examiner)?;
         let name = format!("{name} within {:.2} nm", 1e6 * off.across_mm.hypot(off.height_mm));
-        if most >= NO_PIXEL * bench.window().width_mm / self.examiner.pixels().0 as f64 {
+        let window = self.examiner.scene_for(judged).window;
+        if most >= NO_PIXEL * window.size_mm.x / window.nx as f64 {
             return self.look(name, &subject()?, Surface::Spline, Geometry::Displaced);
         }
         self.steps.push(Step { name: format!("{name}, light within {:.1} um", 1e3 * most), seen: None });
@@ -164,14 +165,14 @@ impl<'a> Judged<'a> {
 /// The steps of a design as far as the file that is judged: what the solver saw, and the file as read back in every view. `views` are
 /// [those](views) of the file, and `judgement` was made of it.
 pub(crate) fn of_design(
-    design: (&pipeline::Block, &Bench),
+    block: &pipeline::Block,
     own: Image,
     (judged, views): (&Judged<'_>, Vec<Image>),
     examiner: &Examiner,
     judgement: &Judgement,
 ) -> Result<Vec<Step>, Failure> {
     let _span = tracing::info_span!("error budget").entered();
-    let (block, name) = (design.0, file_name(judged.path));
+    let name = file_name(judged.path);
     let own = ("the solver's own map".to_owned(), own);
     let read_back = steps_of(&format!("{name} read back, its smooth surface"), judgement, views);
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
@@ -179,7 +180,7 @@ pub(crate) fn of_design(
     let after = ledger.steps.split_off(ledger.steps.len().min(1));
     let exact = "the height field in f64";
     match off_nodes(block, &judged.subject) {
-        Some(off) => ledger.book_near(format!("{exact}: nodes"), off, design, || double_precision(block))?,
+        Some(off) => ledger.book_near(format!("{exact}: nodes"), off, &judged.subject, || double_precision(block))?,
         None => ledger.look(exact, &double_precision(block)?, Surface::Spline, Geometry::Displaced)?,
     }
     ledger.steps.extend(after);
@@ -188,7 +189,6 @@ pub(crate) fn of_design(
 
 /// What another file does to the light, beside the one that is judged. Nothing without a target.
 pub(crate) fn of_other(
-    design: (&pipeline::Block, &Bench),
     judged: &Judged<'_>,
     (path, mesh): (&Path, Mesh),
     examiner: &Examiner,
@@ -205,7 +205,7 @@ pub(crate) fn of_other(
     let off = alike.then(|| Off::between(&mesh.vertices, &judged.mesh.vertices));
     let subject = || Subject::of(Cow::Owned(mesh), path);
     match off {
-        Some(off) => ledger.book_near(format!("{name} read back: vertices"), off, design, subject)?,
+        Some(off) => ledger.book_near(format!("{name} read back: vertices"), off, &judged.subject, subject)?,
         None => {
             let name = format!("{name} read back, its smooth surface");
             ledger.look(name, &subject()?, Surface::Spline, Geometry::Displaced)?;
@@ -243,12 +243,17 @@ fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
 }
 
 /// The exit face of a design with all digits of its heights.
-fn double_precision(block: &pipeline::Block) -> Result<Subject, Failure> {
+pub(crate) fn double_precision(block: &pipeline::Block) -> Result<Subject, Failure> {
     let solid = &block.solid;
     let place = Path::new("the height field");
     match solid.rim_z_mm() {
         _ if solid.contour().is_some() => Subject::of(Cow::Owned(mesh_of(solid, None)), place),
-        None => Ok(Subject::Block(Box::new(block_of(solid.surface(), solid.entry_z_mm())?.with_spline()))),
+        None => {
+            let (size, heights) = (solid.extent().as_vec(), solid.surface().heights_mm());
+            let nodes = (heights.nx(), heights.ny());
+            let exact = Block::from_heights(size, solid.entry_z_mm(), nodes, heights.as_slice().to_vec());
+            Ok(Subject::Block(Box::new(exact.map_err(Failure::refused)?.with_spline())))
+        }
         Some(_) => Subject::of(Cow::Owned(mesh_of(solid, Some(solid.surface().heights_mm()))), place),
     }
 }
@@ -261,18 +266,17 @@ const NO_PIXEL: f64 = 0.05;
 /// 1.97, that of the functions along the other (1.55 elsewhere).
 const SPLINE_SLOPE: f64 = 24.1;
 
-/// How far light can move on the receiver, mm, if vertices are off by so much. They are taken to stand on a regular grid: their heights
-/// turn the light, their places take it along.
-fn farthest(off: Off, block: &pipeline::Block, bench: &Bench) -> f64 {
-    let face = block.solid.surface();
-    let spacing = face.extent().node_spacing(face.heights_mm().nx(), face.heights_mm().ny()).min_element();
-    let turned = match bench.exit_face() {
-        ExitFace::Refracts { ior } => ior - 1.0,
-        ExitFace::Reflects => 2.0,
-    };
-    // Rays from the side are longer, and spread the more.
-    let way = (bench.receiver().point(bench.window_centre_mm()).length() / bench.distance_mm()).powi(3);
-    off.across_mm + turned * bench.distance_mm() * way * SPLINE_SLOPE * off.height_mm / spacing
+/// The slope by which it is found how far light goes astray: small to all that turn it, great to rounding.
+const SMALL: f64 = 1e-4;
+
+/// How far light can move on the receiver, mm, if vertices of the judged block are off by so much. They are taken to stand on a regular grid:
+/// their heights turn the light, their places take it along. Infinite where nothing is known of the block.
+fn farthest(off: Off, judged: &Subject, examiner: &Examiner) -> Result<f64, Failure> {
+    let Subject::Block(block) = judged else { return Ok(f64::INFINITY) };
+    let cells = DVec2::new((block.nodes().0 - 1) as f64, (block.nodes().1 - 1) as f64);
+    let spacing = (block.size_mm() / cells).min_element();
+    let thrown = thrown_mm(block, &examiner.scene_for(judged), SMALL, &[DVec2::X, DVec2::Y])? / SMALL;
+    Ok(off.across_mm + thrown * SPLINE_SLOPE * off.height_mm / spacing)
 }
 
 /// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.

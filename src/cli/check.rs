@@ -1,11 +1,13 @@
 //! `glasswarp check`: whether a block can be made, a verdict per line.
 
 use super::{
-    bench::exit_face_in_words,
+    bench::{exit_face_in_words, exit_face_of, scene_of},
+    budget::double_precision,
     console::{self, say},
     error::Failure,
     json, judge,
     length::Length,
+    otherwise::{seen_otherwise, thrown_mm},
     plan::Plan,
     progress::TerminalProgress,
     settings::Settings,
@@ -16,14 +18,14 @@ use super::{
 use anstyle::AnsiColor;
 use glam::{DVec2, DVec3};
 use glasswarp::{
-    bench::{Bench, ExitFace},
     export,
     fabricate::{Cutter, Pass, Scallop, Shape},
-    grid::Extent,
     report::{self, Captioned},
     solid::STANDARD_SHEETS_MM,
     surface::{HeightField, Polish},
 };
+use glasswarp_verify::{Block, End, Optics, Scene, Tracer, Window};
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -87,10 +89,10 @@ pub(crate) struct CheckArgs {
 struct Subject {
     surface: HeightField,
     thinnest_mm: f64,
-    exit_face: ExitFace,
-    /// Angle of the light to the axis where it meets the exit face; from a lamp, on its axis, degrees.
-    incidence_deg: f64,
-    distance_mm: f64,
+    block: Block,
+    scene: Scene,
+    /// Whether nothing is known of the light, which then is taken to be straight.
+    assumed: bool,
 }
 
 /// A line of the verdict.
@@ -116,18 +118,22 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let piece = args
         .tolerance
         .tolerance
-        .then(|| Workpiece::open(&args.block, args.bench.as_deref(), args.pixels as usize))
+        .then(|| {
+            let otherwise = (args.ior, args.distance.map(|length| length.mm));
+            Workpiece::open(&args.block, args.bench.as_deref(), otherwise, args.pixels as usize)
+        })
         .transpose()?;
     let shape = Shape::of(&subject.surface);
-    let lines = lines(args, &subject, &shape, &pass, &polish);
+    let lines = lines(args, &subject, &shape, &pass, &polish)?;
     let extent = subject.surface.extent();
     say!(
-        "{}: {:.2} x {:.2} mm, {}, receiver at {} mm; {}, rows {} mm apart",
+        "{}: {:.2} x {:.2} mm, {}, receiver at {} mm{}; {}, rows {} mm apart",
         args.block.display(),
         extent.width_mm,
         extent.height_mm,
-        exit_face_in_words(subject.exit_face),
-        subject.distance_mm,
+        exit_face_in_words(exit_face_of(&subject.scene)),
+        subject.scene.distance_mm,
+        if subject.assumed { ", straight light assumed without a side file" } else { "" },
         args.cutter,
         args.step_over.mm
     );
@@ -173,20 +179,20 @@ impl Subject {
         let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(&args.block));
         let (_, block) = judge::open_block(&args.block, origin)?;
         let missing = |flag: &str| side_file::missing(&args.block, &format!(", or give {flag}"));
-        let bench = side.as_ref().map(|side| &side.bench);
-        let exit_face = match (bench, args.ior) {
-            (_, Some(ior)) => ExitFace::Refracts { ior },
-            (Some(bench), None) => bench.exit_face(),
-            (None, None) => return Err(missing("--ior")),
+        let distance_mm = args.distance.map(|length| length.mm);
+        let scene = match (&side, args.ior, distance_mm) {
+            (Some(side), ior, distance_mm) => {
+                seen_otherwise(scene_of(&side.bench, &side.design)?, Some(&block), ior, distance_mm)?
+            }
+            (None, Some(ior), Some(distance_mm)) => {
+                let window = Window { size_mm: block.size_mm(), centre_mm: DVec2::ZERO, nx: 1, ny: 1 };
+                Scene::new(ior, distance_mm, window)
+            }
+            (None, None, _) => return Err(missing("--ior")),
+            (None, _, None) => return Err(missing("--distance")),
         };
-        let distance_mm = args.distance.map(|length| length.mm).or(bench.map(|bench| bench.distance_mm));
-        let distance_mm = distance_mm.ok_or_else(|| missing("--distance"))?;
-        Bench::new(Extent::new(100.0, 100.0), distance_mm, exit_face).map_err(Failure::refused)?;
-        let incidence_deg = bench.map_or(0.0, |bench| {
-            (DVec3::from(bench.light_direction).truncate().length() / exit_face.ior()).min(1.0).asin().to_degrees()
-        });
         let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
-        Ok(Self { surface, thinnest_mm, exit_face, incidence_deg, distance_mm })
+        Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none() })
     }
 
     fn design(args: &CheckArgs) -> Result<Self, Failure> {
@@ -201,12 +207,19 @@ impl Subject {
         let block = plan.design(&progress);
         progress.finish();
         let block = block?;
+        let otherwise = [("--ior", args.ior.is_some()), ("--distance", args.distance.is_some())];
+        if let Some((flag, _)) = otherwise.iter().find(|(_, given)| *given) {
+            return Err(Failure::Usage(format!("{flag} is told by the design file here: change it there")));
+        }
+        let judge::Subject::Block(found) = double_precision(&block)? else {
+            return Err(Failure::Usage("the design makes no block".into()));
+        };
         Ok(Self {
             thinnest_mm: block.solid.thinnest_mm(),
             surface: block.surface,
-            exit_face: plan.bench.exit_face(),
-            incidence_deg: plan.bench.light_direction().truncate().length().asin().to_degrees(),
-            distance_mm: plan.bench.distance_mm(),
+            block: *found,
+            scene: plan.scene()?,
+            assumed: false,
         })
     }
 }
@@ -215,7 +228,13 @@ fn place(at: DVec2) -> String {
     format!("x = {:.1} mm, y = {:.1} mm", at.x, at.y)
 }
 
-fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish: &Polish) -> Vec<Line> {
+fn lines(
+    args: &CheckArgs,
+    subject: &Subject,
+    shape: &Shape,
+    pass: &Pass,
+    polish: &Polish,
+) -> Result<Vec<Line>, Failure> {
     let extent = subject.surface.extent();
     let blur_mm = args.max_blur.map_or(0.005 * extent.width_mm, |length| length.mm);
     let mut lines = Vec::new();
@@ -255,21 +274,7 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
         degrees <= args.max_slope,
         format!("at most {degrees:.2} degrees, at {} (--max-slope {})", place(at), args.max_slope),
     );
-    let (leaves, says) = match subject.exit_face {
-        ExitFace::Reflects => (true, "all of it is reflected to the receiver's side".to_owned()),
-        ExitFace::Refracts { ior } => {
-            let critical = (1.0 / ior).asin().to_degrees() - subject.incidence_deg;
-            let leaves = degrees < critical;
-            let says = if leaves {
-                format!("all of it leaves: total reflection begins at {critical:.2} degrees")
-            } else if subject.incidence_deg > 0.0 {
-                format!("may be totally reflected where the slope exceeds {critical:.2} degrees against the light")
-            } else {
-                format!("is totally reflected where the slope exceeds {critical:.2} degrees")
-            };
-            (leaves, says)
-        }
-    };
+    let (leaves, says) = light(subject)?;
     say("light", leaves, says);
 
     let relief = subject.surface.relief_mm();
@@ -287,7 +292,11 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
     );
 
     let scallop = Scallop::of(args.cutter, pass.step_over_mm);
-    let spread = |scallop: &Scallop| scallop.spread_mm(subject.exit_face, subject.distance_mm);
+    // On any bench light is thrown as far as the slope is great, as long as that is small.
+    let thrown = |slope: f64, along: &[DVec2]| thrown_mm(&subject.block, &subject.scene, slope, along);
+    let across = [pass.direction.unit().perp()];
+    let per_slope = scallop.map_or(Ok(0.0), |raw| Ok(thrown(raw.slope, &across)? / raw.slope))?;
+    let spread = |scallop: &Scallop| per_slope * scallop.slope;
     match scallop {
         Some(raw) => {
             let left = raw.polished(polish.sigma_mm());
@@ -317,17 +326,54 @@ fn lines(args: &CheckArgs, subject: &Subject, shape: &Shape, pass: &Pass, polish
         None => say("scallops", false, "this cutter leaves steps or walls between its rows at this step-over".into()),
     }
 
-    let facet = Scallop { step_over_mm: 0.0, height_mm: 0.0, slope: 0.5 * shape.facet_step() };
+    let facets_mm = thrown(0.5 * shape.facet_step(), &[DVec2::X, DVec2::Y])?;
     say(
         "facets",
-        spread(&facet) <= blur_mm,
+        facets_mm <= blur_mm,
         format!(
-            "slope steps of up to {:.5} between flat triangles throw light {:.3} mm to either side (smooth if the shop cuts the smooth face)",
-            shape.facet_step(),
-            spread(&facet)
+            "slope steps of up to {:.5} between flat triangles throw light {facets_mm:.3} mm to either side (smooth if the shop cuts the smooth face)",
+            shape.facet_step()
         ),
     );
-    lines
+    Ok(lines)
+}
+
+/// Whether all light leaves the face towards the receiver, by the light at every node.
+fn light(subject: &Subject) -> Result<(bool, String), Failure> {
+    let block = &subject.block;
+    let tracer = Tracer::for_block(block, &subject.scene).map_err(Failure::refused)?;
+    let ((nx, ny), (lower, upper)) = (block.nodes(), tracer.aperture_mm());
+    let node = |k: usize| {
+        let part = DVec2::new((k % nx) as f64 / (nx - 1) as f64, (k / nx) as f64 / (ny - 1) as f64);
+        lower + part * (upper - lower)
+    };
+    let none = (0.0_f64, 0_u32, 0_u32, 0_u32);
+    let (steepest, lit, reflected, astray) = (0..nx * ny)
+        .into_par_iter()
+        .filter(|&k| block.covers(node(k)))
+        .map(|k| {
+            let end = tracer.path_at(node(k)).end;
+            let inside = u32::from(end == End::TotallyReflected);
+            let aside = u32::from(!matches!(end, End::TotallyReflected | End::Receiver(_)));
+            (tracer.incidence_at(node(k)).unwrap_or(0.0), 1, inside, aside)
+        })
+        .reduce(|| none, |a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2, a.3 + b.3));
+    let share = |part: u32| 100.0 * f64::from(part) / f64::from(lit.max(1));
+    let steepest = steepest.to_degrees();
+    let Optics::Refracts { ior } = subject.scene.optics else {
+        return Ok(match astray {
+            0 => (true, format!("all of it is reflected to the receiver's side, at up to {steepest:.2} degrees to the normal")),
+            _ => (false, format!("{:.2} % of the face is in the shadow or throws light at itself", share(astray))),
+        });
+    };
+    let critical = (1.0 / ior).asin().to_degrees();
+    Ok(if reflected == 0 {
+        let says = "all of it leaves: it comes at up to";
+        (true, format!("{says} {steepest:.2} degrees to the normal, total reflection begins at {critical:.2} degrees"))
+    } else {
+        let share = share(reflected);
+        (false, format!("is totally reflected on {share:.2} % of the face, beyond {critical:.2} degrees to the normal"))
+    })
 }
 
 /// What would let the scallops pass.

@@ -8,6 +8,7 @@ use super::{
     json,
     judge::open_block,
     length::Length,
+    otherwise::seen_otherwise,
     progress::TerminalProgress,
     side_file::SideFile,
 };
@@ -15,7 +16,7 @@ use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp::solver::Progress;
 use glasswarp_verify::{
-    Image, Optics,
+    Image,
     crosscheck::{
         CrosscheckError, Distances, ImageAgreement, ImageLevel, Job, MapAgreement, PERCENTILES, Renderer, Study,
     },
@@ -112,11 +113,8 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         .scene
         .clone()
         .unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", super::settings::name_of(args.with))));
-    let mut scene = scene_of(&side.bench, &side.design)?;
-    scene.distance_mm = args.distance.map_or(scene.distance_mm, |length| length.mm);
-    if let (Some(ior), Optics::Refracts { .. }) = (args.ior, scene.optics) {
-        scene.optics = Optics::Refracts { ior };
-    }
+    let scene = scene_of(&side.bench, &side.design)?;
+    let mut scene = seen_otherwise(scene, Some(&block), args.ior, args.distance.map(|length| length.mm))?;
     // Image mode averages eight pixels.
     let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
     let pixels = |size: DVec2| {

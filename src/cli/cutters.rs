@@ -144,7 +144,7 @@ fn error_of(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<f6
     let milled = mill(&piece.surface, pass)?;
     let view = match polish {
         Some(polish) => piece.look(&polished(&milled.surface, &piece.surface, polish))?,
-        None => look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?,
+        None => look_at_scallops(&piece.examiner, &piece.block, &piece.surface, milled)?.0,
     };
     Ok(view.metrics.rel_rms)
 }

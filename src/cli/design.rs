@@ -1,7 +1,7 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    bench::{exit_face_in_words, light_in_words, receiver_in_words},
+    bench::{self, exit_face_in_words, receiver_in_words},
     budget,
     console::{self, say},
     error::Failure,
@@ -105,7 +105,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         if args.no_verify { Ok(None) } else { Opinion::of(&plan, &block, first) }
     })?;
     let mut opinion = opinion?;
-    opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(&plan, &block, others))?;
+    opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(others))?;
     progress.begin("drawing", 0);
     let draw = || match &opinion {
         Some(opinion) => opinion.draw(&plan, &outputs[0], &portrait),
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let pictures = pictures?;
     written?;
-    print_summary(&plan, &outputs, &block, solved, &notes);
+    print_summary(&plan, &outputs, &block, solved, &notes)?;
     if !pictures.is_empty() {
         say!("  pictures       {}", list(&pictures));
     }
@@ -141,7 +141,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         files: json::texts(&outputs),
         pictures: json::texts(&[pictures, report.into_iter().collect()].concat()),
         block: json::Block::of(&plan, &block),
-        bench: json::Bench::of(&plan.bench),
+        bench: bench::to_json(&plan.scene()?, block.solid.entry_z_mm()),
         solver: solver_to_json(&plan, &block, solved),
         notes,
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
@@ -203,7 +203,13 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 }
 
 /// Prints what was made.
-fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
+fn print_summary(
+    plan: &Plan,
+    outputs: &[PathBuf],
+    block: &Block,
+    solved: Duration,
+    notes: &[String],
+) -> Result<(), Failure> {
     let (solid, bench) = (&block.solid, &plan.bench);
     say!("{}", list(outputs));
     say!(
@@ -242,7 +248,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     if solid.shape().origin != Origin::Exit {
         say!("  origin         {}", solid.shape().origin.place());
     }
-    say!("  light          {}", light_in_words(bench));
+    say!("  light          {}", plan.light_in_words()?);
     say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
     plan.intent.print();
     let stopped = levels_at_limit(block);
@@ -263,6 +269,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Durati
     for note in notes {
         say!("  {note}");
     }
+    Ok(())
 }
 
 fn list(paths: &[PathBuf]) -> String {

@@ -1,8 +1,8 @@
 //! What may be wrong with a block that draws another picture than it should, or none.
 
-use super::{error::Failure, judge::image_of, side_file::BenchRecord};
+use super::{error::Failure, judge::image_of, otherwise::followed, side_file::BenchRecord};
 use glasswarp::target::TargetIrradiance;
-use glasswarp_verify::{Block, Image, Scene, SceneError, Tracer, Window, beams, metrics};
+use glasswarp_verify::{Block, Image, Optics, Scene, Tracer, Window, beams, metrics};
 
 /// Below this relative RMS error nothing is looked for.
 const SUSPECT: f64 = 0.05;
@@ -87,39 +87,40 @@ pub(crate) fn of_picture(
 fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<Vec<String>, Failure> {
     let (nx, ny) = (scene.window.nx.min(128), scene.window.ny.min(128));
     let wanted = image_of(target.resampled(nx, ny).cells());
-    let error_at = |factor: f64| {
-        let distance_mm = factor * scene.distance_mm;
-        let scene = Scene { distance_mm, window: Window { nx, ny, ..scene.window }, ..scene.clone() };
-        match Tracer::for_block(block, &scene) {
-            Ok(tracer) => {
-                // A receiver beyond all light is no candidate.
-                let seen = metrics::compare(&beams(&tracer, 2 * nx, 2 * ny).image, &wanted);
-                Ok(seen.map_or(f64::INFINITY, |m| m.rel_rms))
-            }
-            Err(SceneError::Receiver { .. }) => Ok(f64::INFINITY),
-            Err(error) => Err(Failure::refused(error)),
-        }
+    let seen_at = |factor: f64| -> Result<f64, Failure> {
+        let to = Scene { distance_mm: factor * scene.distance_mm, ..scene.clone() };
+        let there = followed((block, scene), (block, to))?.scene;
+        let there = Scene { window: Window { nx, ny, ..there.window }, ..there };
+        let tracer = Tracer::for_block(block, &there).map_err(Failure::refused)?;
+        let seen = metrics::compare(&beams(&tracer, 2 * nx, 2 * ny).image, &wanted);
+        Ok(seen.map_err(Failure::refused)?.rel_rms)
     };
-    let here = error_at(1.0)?;
+    // A receiver that cuts the block, or beyond all light, is no candidate.
+    let error_at = |factor: f64| seen_at(factor).unwrap_or(f64::INFINITY);
+    let here = error_at(1.0);
     let mut best = (1.0, here);
     for step in (28..=60).filter(|&step| step != 40) {
         let factor = f64::from(step) / 40.0;
-        let error = error_at(factor)?;
+        let error = error_at(factor);
         if error < best.1 {
             best = (factor, error);
         }
     }
     let (factor, error) = best;
-    if error > EXPLAINS * here {
+    if error.is_infinite() || error > EXPLAINS * here {
         return Ok(Vec::new());
     }
     // To first order light is bent by (n - 1) times the slope: a factor of the distance is one of n - 1.
+    let (or_index, or_the_index) = match scene.optics {
+        Optics::Refracts { ior } => {
+            (format!(", or with an index of about {:.3} instead of {ior}", 1.0 + (ior - 1.0) * factor), ", or the index")
+        }
+        Optics::Reflects => (String::new(), ""),
+    };
     Ok(vec![format!(
-        "the picture is much better at {:.0} mm instead of {} mm, or with an index of about {:.3} instead of {}: relative RMS \
-         error {error:.3} instead of {here:.3} (at {nx} pixels); is the distance wrong by a factor of {factor:.2}, or the index?",
+        "the picture is much better at {:.0} mm instead of {} mm{or_index}: relative RMS \
+         error {error:.3} instead of {here:.3} (at {nx} pixels); is the distance wrong by a factor of {factor:.2}{or_the_index}?",
         factor * scene.distance_mm,
         scene.distance_mm,
-        1.0 + (scene.ior() - 1.0) * factor,
-        scene.ior()
     )])
 }

@@ -40,24 +40,23 @@ impl Finished {
         let Subject::Block(block) = subject else {
             return Err(Failure::Usage("only a block can be finished".into()));
         };
-        let entry_z_mm = block.entry_z_mm() - block.mean_exit_z_mm();
         let design = surface_of(block)?;
         let cut = match (plan.cutter, plan.step_over_mm) {
             (Some(cutter), Some(step_over_mm)) => Some(mill(&design, &Pass::finishing(cutter, step_over_mm))?),
             _ => None,
         };
-        let surface = cut.as_ref().map_or(&design, |milled| &milled.surface);
-        let after = |polish: Polish| look(examiner, &polished(surface, &design, polish), entry_z_mm);
-        let (view, off) = match (plan.polish, &cut) {
-            (Some(polish), _) => {
-                let other = |share: f64| -> Result<f64, Failure> {
+        let (view, off) = match (plan.polish, cut) {
+            (Some(polish), cut) => {
+                let surface = cut.as_ref().map_or(&design, |milled| &milled.surface);
+                let after = |share: f64| -> Result<View, Failure> {
                     let polish = Polish::new(share * polish.sigma_mm()).map_err(Failure::refused)?;
-                    Ok(after(polish)?.metrics.rel_rms)
+                    look(examiner, block, &polished(surface, &design, polish))
                 };
-                (after(polish)?, Some([other(0.9)?, other(1.1)?]))
+                let off = [after(0.9)?, after(1.1)?].map(|view| view.metrics.rel_rms);
+                (look(examiner, block, &polished(surface, &design, polish))?, Some(off))
             }
-            (None, Some(milled)) => (look_at_scallops(examiner, milled, entry_z_mm)?, None),
-            (None, None) => (look(examiner, surface, entry_z_mm)?, None),
+            (None, Some(milled)) => (look_at_scallops(examiner, block, &design, milled)?.0, None),
+            (None, None) => (look(examiner, block, &design)?, None),
         };
         Ok(Self { plan, view, off })
     }

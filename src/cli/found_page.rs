@@ -1,21 +1,20 @@
 //! The report of a block that was found in a file: as it is, or after it was worked on in simulation.
 
 use super::{
-    bench::exit_face_of,
+    bench::{drawn_bench, light_in_words},
     error::Failure,
     page::{bench_facts, command, error_highlight, face_rows, file_record, highlight, mm, program, row},
     side_file::SideFile,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use glasswarp::{
     bench::Bench,
     fabricate::Shape,
     grid::{Extent, Field},
-    light::Intensity,
     report::{self, Cost, Exposure, Facts, Highlight, Isocontours, Model, Page, View},
     surface::HeightField,
 };
-use glasswarp_verify::{Light, Scene, metrics::Metrics};
+use glasswarp_verify::{Scene, metrics::Metrics};
 use std::path::Path;
 
 /// What is said of a block from a file.
@@ -41,7 +40,10 @@ pub(crate) struct FoundPage<'a> {
 impl FoundPage<'_> {
     /// Writes the report.
     pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
-        let bench = self.bench()?;
+        let face = self.surface.extent();
+        let drawing = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
+        let bench = drawn_bench(self.scene, drawing, self.entry_z_mm)?;
+        let light = light_in_words(self.scene, self.entry_z_mm);
         let (shape, contours) = (Shape::of(self.surface), Isocontours::of(self.surface));
         let (extent, (low, high)) = (self.surface.extent(), self.surface.heights_mm().min_max());
         let half = 0.5 * extent.as_vec();
@@ -59,7 +61,7 @@ impl FoundPage<'_> {
         if let Some(work) = self.side.and_then(|side| side.work.as_ref()) {
             rows.push(row("Done so far", work.done.clone()));
         }
-        let mut facts = vec![Facts { title: "Block".into(), rows }, bench_facts(&bench, high)];
+        let mut facts = vec![Facts { title: "Block".into(), rows }, bench_facts(&bench, light, high)];
         let highlights = self.highlights(&bench);
         facts.extend(self.facts);
         let wanted = self.wanted.as_ref().map(|(wanted, _)| wanted);
@@ -109,27 +111,5 @@ impl FoundPage<'_> {
             highlight("Receiver", mm(bench.distance_mm()), "mm", "from the mean plane of the face".into()),
         ]);
         highlights
-    }
-
-    /// The bench of the scene in which the block was looked at.
-    fn bench(&self) -> Result<Bench, Failure> {
-        let scene = self.scene;
-        let face = self.surface.extent();
-        let lit = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
-        let build = || {
-            let mut bench = Bench::new(lit, scene.distance_mm, exit_face_of(scene))?;
-            if scene.receiver_turned != DVec3::ZERO {
-                bench = bench.with_receiver_turned(scene.receiver_turned)?;
-            }
-            bench = match &scene.light {
-                Light::Parallel { direction } => bench.with_light_in_air(*direction)?,
-                Light::Point { position_mm, .. } => {
-                    bench.with_point_source(*position_mm, -self.entry_z_mm, Intensity::Isotropic)?
-                }
-            };
-            let size = scene.window.size_mm;
-            bench.with_window(Extent::new(size.x, size.y), scene.window.centre_mm)
-        };
-        build().map_err(Failure::refused)
     }
 }

@@ -1,10 +1,7 @@
 //! What `--json` prints. The doc comments here become `docs/glasswarp.schema.json`, which a test compares; docs/json.md explains.
 
-use super::{bench::light_in_words, budget::Step, plan::Plan};
-use glasswarp::{
-    bench::{self, ExitFace},
-    pipeline,
-};
+use super::{budget::Step, plan::Plan};
+use glasswarp::pipeline;
 use glasswarp_verify::{self as verify, metrics::Metrics};
 #[cfg(test)]
 use schemars::JsonSchema;
@@ -320,9 +317,26 @@ records! {
         /// rel_rms as designed.
         designed: Option<f64>,
         /// What can be off.
-        cases: Vec<BudgetStep>,
+        cases: Vec<Tolerance>,
+        /// What means nothing on this bench.
+        left_out: Vec<String>,
         /// The depth of focus.
         focus: Focus,
+    }
+    /// What is off, and what the picture is then, looked at where it falls.
+    Tolerance {
+        /// What it is.
+        name: String,
+        /// Relative root mean square error; null where no light falls into the window.
+        rel_rms: Option<f64>,
+        /// Structural similarity.
+        ssim: Option<f64>,
+        /// Relative RMS difference from the picture of the block as it was designed.
+        moved: Option<f64>,
+        /// How far the whole picture moves on the receiver.
+        picture_moved_mm: [f64; 2],
+        /// Its width and height, as parts of those of the design.
+        picture_growth: [f64; 2],
     }
     /// Distances between which a picture is in focus.
     Focus {
@@ -491,21 +505,6 @@ impl Block {
             relief_mm: block.surface.relief_mm(),
             thinnest_mm: block.solid.thinnest_mm(),
             nodes: [plan.nodes.0, plan.nodes.1],
-        }
-    }
-}
-
-impl Bench {
-    pub(crate) fn of(bench: &bench::Bench) -> Self {
-        Self {
-            ior: match bench.exit_face() {
-                ExitFace::Refracts { ior } => Some(ior),
-                ExitFace::Reflects => None,
-            },
-            light: light_in_words(bench),
-            distance_mm: bench.distance_mm(),
-            window_mm: bench.window().as_vec().to_array(),
-            window_centre_mm: bench.window_centre_mm().to_array(),
         }
     }
 }

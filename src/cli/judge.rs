@@ -54,6 +54,19 @@ impl Subject {
         }
     }
 
+    /// The block, if it is one.
+    pub(crate) fn block(&self) -> Option<&Block> {
+        if let Self::Block(block) = self { Some(block) } else { None }
+    }
+
+    /// Where light enters, mm: the lowest plane.
+    pub(crate) fn entry_z_mm(&self) -> f64 {
+        match self {
+            Self::Block(block) => block.entry_z_mm(),
+            Self::Solid(mesh) => mesh.bounds().0.z,
+        }
+    }
+
     /// Size seen along the axis, mm.
     pub(crate) fn size_mm(&self) -> DVec2 {
         match self {
@@ -133,6 +146,12 @@ impl Examiner {
         self.surface = surface;
         self.scene.fresnel = fresnel;
         self
+    }
+
+    /// The same pixels and the same picture on another bench.
+    pub(crate) fn on(&self, mut scene: Scene) -> Self {
+        (scene.window.nx, scene.window.ny) = self.pixels();
+        Self { scene, surface: self.surface, wanted: self.wanted.clone() }
     }
 
     fn surface_of(&self, subject: &Subject) -> Surface {

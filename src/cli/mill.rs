@@ -1,14 +1,15 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
-    bench::{exit_face_in_words, scene_of},
+    bench::exit_face_in_words,
     console::{self, say},
     cutters::{self, Wish},
     error::Failure,
     found_page::FoundPage,
     json, judge,
     length::Length,
-    page,
+    otherwise::thrown_mm,
+    page, plan,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
     workpiece::{View, Workpiece, look_at_scallops},
@@ -17,7 +18,7 @@ use glasswarp::{
     export::{self, Design, Format},
     fabricate::{Cutter, Direction, Milled, Pass, Scallop},
     report::{self, Captioned, Cost, Facts},
-    solid::{Solid, Stock},
+    solid::{Shape, Solid, Stock},
     solver::Progress,
     surface::{HeightField, Polish},
 };
@@ -114,7 +115,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
         return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
     }
-    let piece = Workpiece::open(&args.block, args.bench.as_deref(), args.pixels as usize)?;
+    let piece = Workpiece::open(&args.block, args.bench.as_deref(), (None, None), args.pixels as usize)?;
     let pass = match (&args.cutters, args.want_error) {
         (Some(list), Some(error)) => {
             let wish = Wish { error, direction: args.direction, allowance_mm: args.allowance.mm, polish };
@@ -129,7 +130,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     };
     pass.check(piece.surface.extent()).map_err(Failure::refused)?;
     let steps = work(&piece, &pass, polish)?;
-    print(args, &piece, &pass, &steps);
+    print(args, &piece, &pass, &steps)?;
     for output in &args.output {
         if is_picture(output) {
             report::write_png(output, &sheet(&piece, &steps)).map_err(Failure::writing)?;
@@ -189,9 +190,9 @@ fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step],
     FoundPage {
         block: &args.block,
         side: Some(&piece.side),
-        scene: &scene_of(&piece.side.bench, &piece.side.design)?,
+        scene: &piece.scene(),
         surface: &piece.surface,
-        entry_z_mm: piece.entry_z_mm,
+        entry_z_mm: piece.block.entry_z_mm(),
         about: format!(
             "{}, worked on in simulation: {}. The face is shown as designed, the light as it is after the work.",
             args.block.display(),
@@ -223,9 +224,7 @@ fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<St
     progress.advance(1);
     let milled = mill(&piece.surface, pass)?;
     let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
-    let view = look_at_scallops(&piece.examiner, &milled, piece.entry_z_mm)?;
-    let Milled { surface, slopes } = milled;
-    drop(slopes);
+    let (view, surface) = look_at_scallops(&piece.examiner, &piece.block, &piece.surface, milled)?;
     steps.push(Step { name, view, surface });
     progress.advance(2);
     if let Some(polish) = polish {
@@ -262,7 +261,7 @@ pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polis
     if (nx, ny) == (fine.nx(), fine.ny()) { polished } else { polished.resampled(nx, ny) }
 }
 
-fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
+fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) -> Result<(), Failure> {
     let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
     say!(
         "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
@@ -286,7 +285,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
             "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
             1e3 * scallop.height_mm,
             scallop.slope,
-            scallop.spread_mm(bench.exit_face(), bench.distance_mm)
+            thrown_mm(&piece.block, &piece.scene(), scallop.slope, &[pass.direction.unit().perp()])?
         );
     }
     let (nx, ny) = piece.examiner.pixels();
@@ -295,6 +294,7 @@ fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) {
         let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
         say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }
+    Ok(())
 }
 
 fn sheet(piece: &Workpiece, steps: &[Step]) -> image::GrayImage {
@@ -334,10 +334,12 @@ fn write_block(
             pass.step_over_mm
         )));
     }
-    // The entry face stays where it is.
-    let thickness_mm = Solid::highest_mm(&surface) - piece.entry_z_mm;
+    // The entry face stays where it is, and so does what stands around the exit face, which has its skirt already.
+    let shape = Shape { skirt_mm: 0.0, ..plan::shape(&piece.side.design)? };
+    let rise_mm = shape.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0));
+    let thickness_mm = Solid::highest_mm(&surface) + rise_mm - piece.block.entry_z_mm();
     let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
-    let solid = Solid::new(&surface, stock).map_err(Failure::refused)?;
+    let solid = Solid::shaped(&surface, stock, shape).map_err(Failure::refused)?;
     let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let before = &piece.side.bench;
     let design =

@@ -26,6 +26,7 @@ mod length;
 mod memory;
 mod mill;
 mod opinion;
+mod otherwise;
 mod page;
 mod plan;
 mod presets;

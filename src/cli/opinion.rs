@@ -62,7 +62,7 @@ impl<'a> Opinion<'a> {
             || budget::views(&judged.subject, &examiner),
         );
         let (judgement, views) = (judgement?, views?);
-        let steps = budget::of_design((block, &plan.bench), own, (&judged, views), &examiner, &judgement)?;
+        let steps = budget::of_design(block, own, (&judged, views), &examiner, &judgement)?;
         let wanted = examiner.wanted().unwrap_or(&judgement.caustic).clone();
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &judged.subject, &examiner)).transpose()?;
@@ -72,10 +72,10 @@ impl<'a> Opinion<'a> {
     }
 
     /// Adds what the other files do to the light.
-    pub(crate) fn add(&mut self, plan: &Plan, block: &Block, others: Vec<(PathBuf, Mesh)>) -> Result<(), Failure> {
+    pub(crate) fn add(&mut self, others: Vec<(PathBuf, Mesh)>) -> Result<(), Failure> {
         for (path, mesh) in others {
             let other = (path.as_path(), mesh.moved(self.side.origin_of(&path)));
-            let step = budget::of_other((block, &plan.bench), &self.judged, other, &self.examiner, &self.judgement)?;
+            let step = budget::of_other(&self.judged, other, &self.examiner, &self.judgement)?;
             self.steps.extend(step);
         }
         Ok(())

@@ -1,7 +1,7 @@
 //! What the report of a block says: the facts and words that every such page shares, and the page of a design.
 
 use super::{
-    bench::{light_in_words, receiver_in_words},
+    bench::receiver_in_words,
     budget::Step,
     error::Failure,
     judge::{self, Judgement},
@@ -162,10 +162,10 @@ pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
     ]
 }
 
-/// Light and receiver.
-pub(crate) fn bench_facts(bench: &Bench, highest_mm: f64) -> Facts {
+/// Light, in words, and receiver.
+pub(crate) fn bench_facts(bench: &Bench, light: String, highest_mm: f64) -> Facts {
     let rows = vec![
-        row("Light", light_in_words(bench)),
+        row("Light", light),
         row("Receiver", receiver_in_words(bench, highest_mm).replace(" x ", " × ")),
         row("Seen", "on the receiver from the block’s side: left is +x, top is +y"),
     ];
@@ -501,7 +501,7 @@ impl DesignPage<'_> {
         let mut facts = vec![
             Facts { title: "Block".into(), rows },
             Facts { title: "Frame of the files".into(), rows: frame },
-            bench_facts(bench, high),
+            bench_facts(bench, plan.light_in_words()?, high),
             Facts { title: "Picture".into(), rows: picture },
         ];
         if let Some(opinion) = self.opinion {

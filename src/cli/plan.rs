@@ -1,10 +1,11 @@
 //! What settings mean: validated once, then trusted.
 
 use super::{
-    bench::{bench_of, warnings},
+    bench::{bench_of, light_in_words, scene_of, warnings},
     error::Failure,
     imperfect::Intent,
     settings::{QualityName, Settings, SolverName, TransferName, name_of},
+    side_file::BenchRecord,
 };
 use glam::DVec2;
 use glasswarp::{
@@ -20,6 +21,7 @@ use glasswarp::{
     transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
+use glasswarp_verify::Scene;
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
@@ -91,6 +93,17 @@ impl Plan {
             plan.target = plan.intent.target.clone();
         }
         Ok(plan)
+    }
+
+    /// The scene in which the verifier will look at the block.
+    pub(crate) fn scene(&self) -> Result<Scene, Failure> {
+        scene_of(&BenchRecord::of(&self.bench), &self.settings)
+    }
+
+    /// The light of the bench in words.
+    pub(crate) fn light_in_words(&self) -> Result<String, Failure> {
+        let entry_z_mm = if let Light::Point { thickness_mm, .. } = self.bench.light() { -thickness_mm } else { 0.0 };
+        Ok(light_in_words(&self.scene()?, entry_z_mm))
     }
 
     /// A draft of the face.
@@ -230,7 +243,7 @@ impl Plan {
 }
 
 /// Rim, mark and origin.
-fn shape(settings: &Settings) -> Result<Shape, Failure> {
+pub(crate) fn shape(settings: &Settings) -> Result<Shape, Failure> {
     let rim = settings.rim.map(|rim| Rim {
         width_mm: rim.width.mm,
         rise_mm: rim.rise.mm,

@@ -1,7 +1,8 @@
 //! `glasswarp preview`: what a picture would become, before a design is waited for.
 
 use super::{
-    bench::scene_of,
+    bench,
+    budget::double_precision,
     console::{self, say},
     error::Failure,
     json,
@@ -10,9 +11,8 @@ use super::{
     plan::Plan,
     progress::TerminalProgress,
     settings::{QualityName, Settings, SolverName},
-    side_file::BenchRecord,
     toml_file,
-    workpiece::{View as Seen, look},
+    workpiece::{View as Seen, look_at},
 };
 use glasswarp::{
     export,
@@ -60,10 +60,9 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
-    let bench = &plan.bench;
-    let record = BenchRecord::of(bench).with(&block.solid);
-    let examiner = Examiner::new(scene_of(&record, &plan.settings)?, Some(&plan.target), PIXELS);
-    let seen = look(&examiner, block.solid.surface(), block.solid.entry_z_mm())?;
+    let scene = plan.scene()?;
+    let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
+    let seen = look_at(&examiner, &double_precision(&block)?)?;
     let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
     for output in &outputs {
         made.write(output)?;
@@ -72,7 +71,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     console::result(json::Result::Preview(json::Preview {
         files: json::texts(&outputs),
         block: json::Block::of(&plan, &block),
-        bench: json::Bench::of(bench),
+        bench: bench::to_json(&scene, block.solid.entry_z_mm()),
         rel_rms: json::finite(seen.metrics.rel_rms),
         ssim: json::finite(seen.metrics.ssim),
     }));
@@ -146,7 +145,7 @@ impl Preview<'_> {
             budget: Vec::new(),
             summary: None,
             drawing: None,
-            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, high)],
+            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words()?, high)],
             files: Vec::new(),
             command: command(),
             program: program(),

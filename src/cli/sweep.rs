@@ -1,15 +1,16 @@
 //! `glasswarp verify --sweep`: how the errors change with the bench.
 
 use super::{
-    bench::scene_of,
     budget::mesh_of,
     console::{self, say},
     error::Failure,
     json,
     judge::{Examiner, Subject},
     length::Length,
+    otherwise::seen_otherwise,
     plan::Plan,
-    side_file::{BenchRecord, SideFile},
+    side_file::SideFile,
+    workpiece::Workpiece,
 };
 use glam::DVec2;
 use glasswarp::{
@@ -17,7 +18,7 @@ use glasswarp::{
     report::{self, Curve},
     solver::Silent,
 };
-use glasswarp_verify::{Geometry, Image, Surface, metrics, picture};
+use glasswarp_verify::{Geometry, Image, Scene, Surface, metrics, picture};
 use std::{
     borrow::Cow,
     fmt::Write as _,
@@ -110,7 +111,7 @@ impl Range {
 /// One place along the range.
 struct Point {
     value: f64,
-    bench: BenchRecord,
+    scene: Scene,
     nodes: (usize, usize),
     thickness_mm: f64,
     relief_mm: f64,
@@ -133,11 +134,11 @@ const VIEWS: [(&str, Surface, Geometry); 4] = [
     ("facets", Surface::Facets, Geometry::Displaced),
 ];
 
-/// Sweeps the design of a side file, or the block `as_built`, and writes what was found.
+/// Sweeps the design of a side file (and its name, if it was given), or the block `as_built`, and writes what was found.
 pub(crate) fn run(
     range: &Range,
     steps: usize,
-    side: &SideFile,
+    (side, named): (&SideFile, Option<&Path>),
     as_built: Option<&Path>,
     pixels: usize,
     outputs: &[PathBuf],
@@ -145,9 +146,16 @@ pub(crate) fn run(
     let outputs = outputs.iter().map(|path| Ok((Output::of(path)?, path))).collect::<Result<Vec<_>, Failure>>()?;
     let picture = side.design.picture.clone();
     let picture = picture.ok_or_else(|| Failure::Usage("the side file names no picture to design for".into()))?;
+    if range.quantity == Quantity::Index && side.bench.mirror {
+        return Err(Failure::Usage(
+            "this block is a mirror, which light does not enter: its index cannot be swept; distance, size and nodes can".into(),
+        ));
+    }
     let built = match (as_built, range.quantity) {
         (None, _) => None,
-        (Some(path), Quantity::Distance | Quantity::Index) => Some(Subject::open(path, side.origin_of(path))?),
+        (Some(path), Quantity::Distance | Quantity::Index) => {
+            Some(Workpiece::open(path, named, (None, None), pixels)?)
+        }
         (Some(_), _) => {
             return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
         }
@@ -156,22 +164,35 @@ pub(crate) fn run(
     let mut refused = None;
     print_header(range.quantity);
     for value in range.values(steps) {
-        let mut settings = side.design.clone();
-        match range.quantity {
-            Quantity::Distance => settings.distance = Some(Length { mm: value }),
-            Quantity::Size => settings.size = Some(Length { mm: value }),
-            Quantity::Thickness => settings.thickness = Some(Length { mm: value }),
-            Quantity::Index => (settings.ior, settings.material) = (Some(value), None),
-            Quantity::Nodes => settings.nodes = Some(value as usize),
-        }
-        let point = Plan::new(picture.clone(), settings).and_then(|plan| match &built {
-            Some(subject) => look(value, &plan, subject, side.bench.thinnest_mm + side.bench.relief_mm, pixels),
-            None => {
-                let block = plan.design(&Silent)?;
-                let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the block"))?;
-                look(value, &plan, &subject, block.solid.thickness_mm(), pixels)
+        let point = match &built {
+            Some(piece) => {
+                let (ior, distance_mm) = match range.quantity {
+                    Quantity::Index => (Some(value), None),
+                    _ => (None, Some(value)),
+                };
+                let subject = Subject::Block(Box::new(piece.block.clone().with_spline()));
+                seen_otherwise(piece.scene(), Some(&piece.block), ior, distance_mm)
+                    .and_then(|scene| look(value, &piece.examiner.on(scene), &subject))
             }
-        });
+            None => {
+                let mut settings = side.design.clone();
+                match range.quantity {
+                    Quantity::Distance => settings.distance = Some(Length { mm: value }),
+                    Quantity::Size => settings.size = Some(Length { mm: value }),
+                    Quantity::Thickness => settings.thickness = Some(Length { mm: value }),
+                    // What the index follows from is left out.
+                    Quantity::Index => {
+                        (settings.ior, settings.material, settings.wavelength) = (Some(value), None, None);
+                    }
+                    Quantity::Nodes => settings.nodes = Some(value as usize),
+                }
+                Plan::new(picture.clone(), settings).and_then(|plan| {
+                    let block = plan.design(&Silent)?;
+                    let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the block"))?;
+                    look(value, &Examiner::new(plan.scene()?, Some(&plan.target), pixels), &subject)
+                })
+            }
+        };
         match point {
             Ok(point) => {
                 point.print();
@@ -208,12 +229,10 @@ pub(crate) fn run(
     Ok(())
 }
 
-fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: usize) -> Result<Point, Failure> {
+fn look(value: f64, examiner: &Examiner, subject: &Subject) -> Result<Point, Failure> {
     let Subject::Block(block) = subject else {
         return Err(Failure::Usage("only a block can be seen on the normal-mapped plane".into()));
     };
-    let bench = BenchRecord::of(&plan.bench);
-    let examiner = Examiner::new(scene_of(&bench, &plan.settings)?, Some(&plan.target), pixels);
     let mut views = Vec::new();
     for (_, surface, geometry) in VIEWS {
         let image = examiner.look(subject, surface, geometry)?.image;
@@ -223,7 +242,16 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
     }
     let (low, high) = block.height_range_mm();
     let plane_moves = metrics::rel_rms(&views[1].image, &views[0].image).map_err(Failure::refused)?;
-    Ok(Point { value, bench, nodes: block.nodes(), thickness_mm, relief_mm: high - low, views, plane_moves })
+    let highest = block.rim_z_mm().map_or(high, |rim| rim.max(high));
+    Ok(Point {
+        value,
+        scene: examiner.scene_for(subject),
+        nodes: block.nodes(),
+        thickness_mm: highest - block.entry_z_mm(),
+        relief_mm: high - low,
+        views,
+        plane_moves,
+    })
 }
 
 fn print_header(quantity: Quantity) {
@@ -265,7 +293,7 @@ impl Law {
     fn fit(points: &[Point]) -> Option<Self> {
         let data: Vec<(f64, f64)> = points
             .iter()
-            .map(|point| (point.relief_mm / point.bench.distance_mm, point.plane_moves))
+            .map(|point| (point.relief_mm / point.scene.distance_mm, point.plane_moves))
             .filter(|(r, moved)| r.is_finite() && moved.is_finite() && *r > 0.0 && *moved > 0.0)
             .collect();
         let range = data.iter().fold((f64::INFINITY, 0.0f64), |(lo, hi), &(r, _)| (lo.min(r), hi.max(r)));
@@ -335,7 +363,7 @@ impl Output {
                     through("normal-mapped plane", &|p| p.views[1].rel_rms),
                     through("smooth normals", &|p| p.views[2].rel_rms),
                     through("flat facets", &|p| p.views[3].rel_rms),
-                    through("relief / distance", &|p| p.relief_mm / p.bench.distance_mm),
+                    through("relief / distance", &|p| p.relief_mm / p.scene.distance_mm),
                 ];
                 let x = quantity.column().replace("_mm", ", mm");
                 let plot = report::curves(&x, "relative RMS error", &curves);
@@ -354,13 +382,14 @@ fn table(quantity: Quantity, points: &[Point]) -> String {
         let _ = write!(table, ",{name}_rel_rms,{name}_ssim");
     }
     for point in points {
-        let BenchRecord { ior, distance_mm, window_width_mm, .. } = point.bench;
+        let Scene { distance_mm, window, .. } = &point.scene;
+        let ior = point.scene.ior();
         let _ = write!(
             table,
             "\n{},{},{distance_mm},{},{:.4},{ior},{},{:.6},{:.6},{:.6}",
             quantity.column(),
             point.value,
-            window_width_mm,
+            window.size_mm.x,
             point.thickness_mm,
             point.nodes.0,
             point.relief_mm,
@@ -378,10 +407,7 @@ fn table(quantity: Quantity, points: &[Point]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glasswarp::{
-        bench::{Bench, ExitFace},
-        grid::Extent,
-    };
+    use glasswarp_verify::Window;
 
     #[test]
     fn ranges_are_read_with_their_units() {
@@ -401,7 +427,10 @@ mod tests {
     fn the_law_is_found_with_its_residual() {
         let point = |distance_mm: f64, bend: f64| Point {
             value: distance_mm,
-            bench: BenchRecord::of(&Bench::new(Extent::new(9.0, 9.0), distance_mm, ExitFace::Reflects).unwrap()),
+            scene: Scene::mirror(
+                distance_mm,
+                Window { size_mm: DVec2::splat(9.0), centre_mm: DVec2::ZERO, nx: 9, ny: 9 },
+            ),
             nodes: (9, 9),
             thickness_mm: 9.0,
             relief_mm: 1.0,

@@ -12,6 +12,7 @@ use super::{
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
+    otherwise::seen_otherwise,
     page,
     plan::open_target,
     progress::TerminalProgress,
@@ -29,7 +30,7 @@ use glasswarp::{
     solver::Progress,
     target::{TargetIrradiance, Transfer},
 };
-use glasswarp_verify::{Fresnel, Image, Light, Optics, PhotonPlan, Scene, Surface, Traversal, Window, picture};
+use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -65,7 +66,8 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
 
-    /// From z = 0 (of a block the mean plane of the exit face) to the receiver [default: the side file's]
+    /// From z = 0 (of a block the mean plane of the exit face) to the receiver, on which the window stays where the light of a flat
+    /// block falls [default: the side file's]
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     distance: Option<Length>,
 
@@ -206,6 +208,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     if let (Some(range), Some(side)) = (&args.sweep, &side) {
         let place = args.as_built.then_some(block);
+        let side = (side, args.bench.as_deref());
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
@@ -306,7 +309,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         file: block.display().to_string(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
         size_mm: size.to_array(),
-        bench: bench::to_json(exit_face_of(&scene), light_of_scene(&scene), &scene),
+        bench: bench::to_json(&scene, subject.entry_z_mm()),
         offset,
         judgement: judgement.to_json(),
         budget: steps.iter().map(json::BudgetStep::from).collect(),
@@ -337,7 +340,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
             side: side.as_ref(),
             scene: &scene,
             surface: &surface_of(found)?,
-            entry_z_mm: found.entry_z_mm() - found.mean_exit_z_mm(),
+            entry_z_mm: found.entry_z_mm(),
             about: format!(
                 "A block of glass as it was found in {}, and the light that comes through it.",
                 block.display()
@@ -358,14 +361,6 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         (Some(seen), _) => seen.demand(args.max_error),
         (None, Some(finished)) => finished.demand(args.max_error),
         (None, None) => judgement.demand(args.max_error),
-    }
-}
-
-/// The light of a scene in words.
-fn light_of_scene(scene: &Scene) -> String {
-    match scene.light {
-        Light::Parallel { direction } => format!("parallel along {direction:.6}"),
-        Light::Point { position_mm, .. } => format!("a point at {position_mm:.3} mm"),
     }
 }
 
@@ -406,10 +401,7 @@ fn scene(
         }
         _ => return Err(no_side_file(block)),
     };
-    scene.distance_mm = distance.unwrap_or(scene.distance_mm);
-    if let (Some(ior), Optics::Refracts { .. }) = (args.ior, scene.optics) {
-        scene.optics = Optics::Refracts { ior };
-    }
+    scene = seen_otherwise(scene, subject.block(), args.ior, distance)?;
     if let Some(window) = args.window {
         let natural = scene.window.size_mm;
         let aspect =

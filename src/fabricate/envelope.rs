@@ -41,7 +41,7 @@ impl Milled {
             return Rows::along(surface, pass)?.milled();
         }
         let left = Rows::along(&surface.sheet(), pass)?.milled()?;
-        Ok(Self { surface: surface.with_heights(left.surface.heights_mm().clone()), ..left })
+        Ok(Self { surface: surface.with_heights(left.surface.into_heights_mm()), slopes: left.slopes })
     }
 }
 
@@ -56,7 +56,7 @@ impl Rows<'_> {
             return Err(PassError::TooFine { step_over_mm: self.pass.step_over_mm, nx, ny });
         }
         let (heights, slopes) = self.left(nx, ny);
-        Ok(Milled { surface: HeightField::new(self.surface.extent(), heights), slopes })
+        Ok(Milled { surface: self.surface.with_heights(heights), slopes })
     }
 
     /// Nodes that resolve the scallops, and twice as many as the design has, between which slopes are nearly linear.

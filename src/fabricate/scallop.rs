@@ -1,7 +1,6 @@
 //! The scallops between rows, in closed form.
 
 use super::Cutter;
-use crate::bench::ExitFace;
 
 /// The ridges that a cutter leaves between its rows on a gentle face.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,19 +39,6 @@ impl Scallop {
         let slope = (pi * height_mm / self.step_over_mm).min(self.slope);
         Self { step_over_mm: self.step_over_mm, height_mm, slope }
     }
-
-    /// How far to either side the slope throws straight light on a receiver, mm: `(n - 1) D s / (2 r)` for small slopes, by
-    /// Snell's law for all, twice the slope off a mirror. Infinite where it is totally reflected.
-    pub fn spread_mm(&self, exit_face: ExitFace, distance_mm: f64) -> f64 {
-        let tilt = self.slope.atan();
-        match exit_face {
-            ExitFace::Reflects => distance_mm * (2.0 * tilt).tan(),
-            ExitFace::Refracts { ior } if ior * tilt.sin() < 1.0 => {
-                distance_mm * ((ior * tilt.sin()).asin() - tilt).tan()
-            }
-            ExitFace::Refracts { .. } => f64::INFINITY,
-        }
-    }
 }
 
 #[cfg(test)]
@@ -61,16 +47,13 @@ mod tests {
 
     #[test]
     fn known_cutters_leave_known_scallops() {
-        // Radius, step-over, height in um, spread in mm at 500 mm for index 1.49.
-        for (radius, step_over, height, spread) in
-            [(3.0, 0.25, 2.6, 10.2), (3.0, 0.1, 0.417, 4.08), (6.0, 0.05, 0.0521, 1.02), (12.7, 0.05, 0.0246, 0.482)]
+        // Radius, step-over, height in um, slope.
+        for (radius, step_over, height, slope) in
+            [(3.0, 0.25, 2.6, 0.0417), (3.0, 0.1, 0.417, 0.0167), (6.0, 0.05, 0.0521, 0.00417), (12.7, 0.05, 0.0246, 0.00197)]
         {
             let scallop = Scallop::of(Cutter::ball(radius).unwrap(), step_over).unwrap();
             assert!((1e3 * scallop.height_mm - height).abs() < 5e-3 * height, "{scallop:?}");
-            assert!(
-                (scallop.spread_mm(ExitFace::Refracts { ior: 1.49 }, 500.0) - spread).abs() < 5e-3 * spread,
-                "{scallop:?}"
-            );
+            assert!((scallop.slope - slope).abs() < 5e-3 * slope, "{scallop:?}");
         }
         assert_eq!(Scallop::of(Cutter::flat(3.0).unwrap(), 0.1), None);
         assert_eq!(Scallop::of(Cutter::ball(3.0).unwrap(), 6.0), None);

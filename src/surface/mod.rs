@@ -17,7 +17,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 /// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0, but for
-/// those of a [skirt](Self::with_skirt).
+/// those of a [skirt](Self::with_skirt) and of a face that was [found](Self::found) with one.
 ///
 /// Nodes beyond the outline carry a smooth continuation, which the spline through the nodes needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct HeightField {
     extent: Extent,
     outline: Outline,
     heights_mm: Field<f64>,
+    /// Whether heights are counted from a zero that is not their mean.
+    found: bool,
 }
 
 impl HeightField {
@@ -41,26 +43,44 @@ impl HeightField {
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side (a cubic needs four).
-    pub fn outlined(extent: Extent, outline: Outline, mut heights_mm: Field<f64>) -> Self {
-        assert!(heights_mm.nx() >= 4 && heights_mm.ny() >= 4, "a height field needs 4 x 4 nodes");
-        let contour = outline.within(extent);
-        let mean = if contour.is_rectangle() {
-            heights_mm.mean()
-        } else {
-            extend::fill_missing(&mut heights_mm);
-            let (sum, count) = within(&contour, &heights_mm).fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
-            sum / f64::from(count)
-        };
-        heights_mm.as_mut_slice().iter_mut().for_each(|z| *z -= mean);
-        Self { extent, outline, heights_mm }
+    pub fn outlined(extent: Extent, outline: Outline, heights_mm: Field<f64>) -> Self {
+        Self::closed(extent, outline, heights_mm, false)
     }
 
-    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0.
+    /// Takes over the node heights of a face as they were found on its bench, mm: their zero is not their mean where the face has a skirt. Nodes
+    /// beyond the outline that are not a number are given a smooth continuation.
+    ///
+    /// # Panics
+    /// With fewer than 4 nodes along a side (a cubic needs four).
+    pub fn found(extent: Extent, outline: Outline, heights_mm: Field<f64>) -> Self {
+        Self::closed(extent, outline, heights_mm, true)
+    }
+
+    fn closed(extent: Extent, outline: Outline, mut heights_mm: Field<f64>, found: bool) -> Self {
+        assert!(heights_mm.nx() >= 4 && heights_mm.ny() >= 4, "a height field needs 4 x 4 nodes");
+        let contour = outline.within(extent);
+        if !contour.is_rectangle() {
+            extend::fill_missing(&mut heights_mm);
+        }
+        if !found {
+            let mean = if contour.is_rectangle() {
+                heights_mm.mean()
+            } else {
+                let inside = within(&contour, &heights_mm);
+                let (sum, count) = inside.fold((0.0, 0), |(sum, count), z| (sum + z, count + 1));
+                sum / f64::from(count)
+            };
+            heights_mm.as_mut_slice().iter_mut().for_each(|z| *z -= mean);
+        }
+        Self { extent, outline, heights_mm, found }
+    }
+
+    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0; of a [found](Self::found) one, as they are.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side.
     pub fn with_heights(&self, heights_mm: Field<f64>) -> Self {
-        Self::outlined(self.extent, self.outline, heights_mm)
+        Self::closed(self.extent, self.outline, heights_mm, self.found)
     }
 
     /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there: beyond a curved outline
@@ -79,7 +99,7 @@ impl HeightField {
             let size = self.extent.as_vec() + 2.0 * cells * spacing;
             let outline = self.outline.grown((cells * spacing).min_element());
             let heights_mm = extend::go_on_beyond(self, (cx, cy), (cells * spacing).max_element());
-            return Self { extent: Extent::new(size.x, size.y), outline, heights_mm };
+            return Self { extent: Extent::new(size.x, size.y), outline, heights_mm, found: self.found };
         }
         let mut along_x = vec![0.0; (nx + 2 * cx) * ny];
         along_x.par_chunks_mut(nx + 2 * cx).zip(old.as_slice().par_chunks(nx)).for_each(|(line, heights)| {
@@ -103,7 +123,7 @@ impl HeightField {
             }
         }
         let size = self.extent.as_vec() + 2.0 * cells * spacing;
-        Self { extent: Extent::new(size.x, size.y), outline: self.outline, heights_mm: heights }
+        Self { extent: Extent::new(size.x, size.y), heights_mm: heights, ..*self }
     }
 
     /// The same face within its outline; beyond, heights that go straight on across it, and far from it lie within those of the
@@ -152,6 +172,11 @@ impl HeightField {
     /// Node heights, mm; beyond the outline, their continuation.
     pub fn heights_mm(&self) -> &Field<f64> {
         &self.heights_mm
+    }
+
+    /// Node heights alone, mm.
+    pub fn into_heights_mm(self) -> Field<f64> {
+        self.heights_mm
     }
 
     /// Node heights, mm; another value beyond the outline.

@@ -46,7 +46,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
     let columns = tracer.columns(&xs);
     if columns.is_none() {
-        tracer.prepare();
+        tracer.prepare_beams();
     }
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
@@ -101,7 +101,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let film = Film::new(&tracer.scene().window);
     let lines = tracer.facet_lines();
     if lines.is_none() {
-        tracer.prepare();
+        tracer.prepare_beams();
     }
     let tally = (0..rows)
         .into_par_iter()

@@ -1,5 +1,7 @@
 //! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
+mod face;
+
 use crate::{
     mesh::{Mesh, TrimmedFace},
     outline::{Border, wall_tops},
@@ -28,6 +30,8 @@ pub struct Block {
     spline: Option<Arc<Bicubic>>,
     /// Normals at the nodes as the file gives them.
     pub(crate) normals: Option<Vec<DVec3>>,
+    /// Slopes at the nodes, where they are known.
+    pub(crate) slopes: Option<Arc<Vec<DVec2>>>,
     /// The plane around the exit face, mm, if there is one.
     rim_z: Option<f64>,
     /// The curve around the exit face, if that is no rectangle.
@@ -190,6 +194,7 @@ impl Block {
             diagonals: Arc::new(diagonals),
             spline: None,
             normals,
+            slopes: None,
             rim_z,
             border,
             entry_face: (lo.truncate(), hi.truncate()),
@@ -213,6 +218,7 @@ impl Block {
             heights: Arc::new(face.heights_mm.clone()),
             diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
             normals: None,
+            slopes: None,
             spline: None,
             rim_z: face.rim_z_mm,
             border: None,
@@ -237,14 +243,7 @@ impl Block {
         if nx.min(ny) < Bicubic::LEAST_NODES || nx.checked_mul(ny) != Some(heights.len()) {
             return refused(format!("{} heights on {nx} columns and {ny} rows", heights.len()));
         }
-        if let Some(k) = heights.iter().position(|z| !(z.is_finite() && *z > entry_z_mm)) {
-            let z = heights[k];
-            return refused(format!(
-                "the height at column {}, row {} is {z} mm, not above the entry face at {entry_z_mm} mm",
-                k % nx,
-                k / nx
-            ));
-        }
+        above(&heights, nx, entry_z_mm)?;
         let (lower, upper) = (-0.5 * size_mm, 0.5 * size_mm);
         Ok(Self {
             lower,
@@ -258,6 +257,7 @@ impl Block {
             diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
             spline: None,
             normals: None,
+            slopes: None,
             rim_z: None,
             border: None,
             entry_face: (lower, upper),
@@ -278,25 +278,6 @@ impl Block {
             });
         }
         self.entry_face = (lower_mm, upper_mm);
-        Ok(self)
-    }
-
-    /// The same block with these normals at its nodes, which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose normals
-    /// jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
-    ///
-    /// # Errors
-    /// [`BlockError::Grid`] for another number of normals, or one that does not point out of the face.
-    pub fn with_normals(mut self, normals: Vec<DVec3>) -> Result<Self, BlockError> {
-        if normals.len() != self.heights.len() {
-            return Err(BlockError::Grid { why: format!("{} normals at {} nodes", normals.len(), self.heights.len()) });
-        }
-        if let Some(k) = normals.iter().position(|n| n.z.is_nan() || n.z <= 0.0) {
-            let (i, j) = (k % self.nx, k / self.nx);
-            return Err(BlockError::Grid {
-                why: format!("the normal at column {i}, row {j} does not point out of the face"),
-            });
-        }
-        self.normals = Some(normals);
         Ok(self)
     }
 
@@ -440,6 +421,14 @@ impl Block {
     pub(crate) fn lines(&self, i: usize, j: usize) -> ([f64; 2], [f64; 2]) {
         ([self.xs[i], self.xs[i + 1]], [self.ys[j], self.ys[j + 1]])
     }
+}
+
+/// Demands that all heights are above the entry face.
+fn above(heights: &[f64], nx: usize, entry_z_mm: f64) -> Result<(), BlockError> {
+    let Some(k) = heights.iter().position(|z| !(z.is_finite() && *z > entry_z_mm)) else { return Ok(()) };
+    let (i, j, z) = (k % nx, k / nx, heights[k]);
+    let why = format!("the height at column {i}, row {j} is {z} mm, not above the entry face at {entry_z_mm} mm");
+    Err(BlockError::Grid { why })
 }
 
 /// Places of `n` grid lines from `lo` to `hi`. The ends are exact.
@@ -707,9 +696,5 @@ mod tests {
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();
         assert!(error.contains("column 2, row 1"), "{error}");
-        assert!(block.clone().with_normals(vec![DVec3::Z; 20]).is_ok());
-        assert!(
-            block.clone().with_normals(vec![DVec3::Z; 19]).is_err() && block.with_normals(vec![DVec3::X; 20]).is_err()
-        );
     }
 }

@@ -71,6 +71,12 @@ impl Border {
         &self.points
     }
 
+    /// The same curve on another face, which has other nodes and other heights.
+    pub(crate) fn with_face(&self, known: Vec<bool>, height: impl Fn(DVec2) -> f64) -> Self {
+        let points = self.points.iter().map(|p| p.truncate().extend(height(p.truncate()))).collect();
+        Self { points, known, ..self.clone() }
+    }
+
     /// Heights of the points, mm.
     pub(crate) fn heights(&self) -> impl Iterator<Item = f64> {
         self.points.iter().map(|p| p.z)

@@ -12,7 +12,8 @@ pub enum Surface {
     /// The not-a-knot bicubic spline through the vertices of a regular grid. Only for a [`Block`](crate::Block).
     #[default]
     Spline,
-    /// Flat triangles with normals interpolated linearly between vertices, as renderers shade.
+    /// Flat triangles with normals interpolated linearly between vertices, as renderers shade; of a block whose
+    /// [slopes](crate::Block::with_slopes) are known, with these.
     Smooth,
     /// Flat triangles with their own normals: the geometry of the file taken literally.
     Facets,

@@ -61,6 +61,8 @@ enum Face {
     Spline(Arc<Bicubic>),
     /// Normals at the nodes.
     Smooth(Vec<DVec3>),
+    /// Slopes at the nodes.
+    Sloped(Arc<Vec<DVec2>>),
     Facets,
 }
 
@@ -82,7 +84,10 @@ impl BlockTracer {
         let face = match scene.surface {
             Surface::Spline => Face::Spline(block.spline()),
             Surface::Facets => Face::Facets,
-            Surface::Smooth => Face::Smooth(node_normals(block)),
+            Surface::Smooth => match &block.slopes {
+                Some(slopes) => Face::Sloped(Arc::clone(slopes)),
+                None => Face::Smooth(node_normals(block)),
+            },
         };
         let mut tracer = Self {
             optics: scene.optics,
@@ -200,7 +205,7 @@ impl BlockTracer {
         }
         match &self.face {
             Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
-            Face::Smooth(_) | Face::Facets => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
+            _ => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
         }
     }
 
@@ -273,21 +278,31 @@ impl BlockTracer {
                 let jet = spline.jet(at.x, at.y);
                 DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
             }
-            Face::Smooth(_) | Face::Facets => self.flat_normal(&self.hit_at(at)),
+            _ => self.flat_normal(&self.hit_at(at)),
         }
     }
 
     /// The normal at a point of a triangle: its own, or interpolated.
     #[inline]
     fn flat_normal(&self, hit: &Hit) -> DVec3 {
-        if let Face::Smooth(normals) = &self.face {
-            let [a, b, c] = self.nodes_of(hit).map(|(i, j)| normals[j * self.block.nx + i]);
-            let w = hit.crossing.weights;
-            return (w.x * a + w.y * b + w.z * c).normalize();
+        let nodes = self.nodes_of(hit).map(|(i, j)| j * self.block.nx + i);
+        let w = hit.crossing.weights.to_array();
+        match &self.face {
+            Face::Smooth(normals) => {
+                return (w[0] * normals[nodes[0]] + w[1] * normals[nodes[1]] + w[2] * normals[nodes[2]]).normalize();
+            }
+            Face::Sloped(slopes) => return (-mixed(slopes, nodes, w)).extend(1.0).normalize(),
+            _ => {}
         }
         let [a, b, c] = self.nodes_of(hit).map(|(i, j)| self.block.node(i, j));
         (b - a).cross(c - a).normalize()
     }
+}
+
+/// Slopes between three nodes.
+#[inline(always)]
+fn mixed(slopes: &[DVec2], [a, b, c]: [usize; 3], [u, v, w]: [f64; 3]) -> DVec2 {
+    u * slopes[a] + v * slopes[b] + w * slopes[c]
 }
 
 /// The point where a ray meets the spline, and the normal there: Newton's iteration for z(t) = s(x(t), y(t)), from the
@@ -333,5 +348,5 @@ fn steepest(block: &Block) -> f64 {
         }
     }
     // The spline may be steeper than its nodes suggest; this only decides whether to look.
-    1.5 * DVec2::new(along_x, along_y).length() / spacing.min_element()
+    1.5 * (DVec2::new(along_x, along_y) / spacing).length()
 }

@@ -147,10 +147,26 @@ impl Tracer {
         }
     }
 
+    /// Angle between the light for a point of a block's exit face, above `(x, y)` = `at_mm`, and the normal of the face there, radians: in the
+    /// glass, or before the mirror. None where no light comes, and in other solids.
+    pub fn incidence_at(&self, at_mm: DVec2) -> Option<f64> {
+        match &self.kind {
+            Kind::Block(block) => block.incidence_at(at_mm),
+            Kind::Solid(_) => None,
+        }
+    }
+
     /// Makes ready what single rays need, before many ask for it at once.
     pub(crate) fn prepare(&self) {
         if let Kind::Block(block) = &self.kind {
             block.prepare();
+        }
+    }
+
+    /// The same for beams, which ask less.
+    pub(crate) fn prepare_beams(&self) {
+        if let Kind::Block(block) = &self.kind {
+            block.prepare_beams();
         }
     }
 

@@ -135,6 +135,12 @@ impl BlockTracer {
         Path { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
     }
 
+    /// Angle of the light above a point to the normal of the face there, radians.
+    pub(in crate::trace) fn incidence_at(&self, at: DVec2) -> Option<f64> {
+        let lit = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit))?;
+        Some(lit.arrival.direction.dot(lit.normal).abs().min(1.0).acos())
+    }
+
     /// How much light falls on the face.
     pub(super) fn supply(&self) -> Supply {
         let size = self.block.upper - self.block.lower;
@@ -177,7 +183,7 @@ impl BlockTracer {
                 let facing = DVec3::new(-jet.zx, -jet.zy, 1.0);
                 (at.extend(jet.z), facing, facing.normalize())
             }
-            Face::Smooth(_) | Face::Facets => {
+            _ => {
                 let hit = self.hit_at(at);
                 let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j));
                 let facing = (b - a).cross(c - a);

@@ -1,7 +1,7 @@
 //! Many rays of light along the axis at once: by rows of a lattice, and by the facets of the file. Where light goes straight up, what it
 //! meets is known, and what neighbours share is computed once.
 
-use super::{BlockTracer, Face};
+use super::{BlockTracer, Face, mixed};
 use crate::{
     block::{Half, corners, halves},
     optics::tangent_behind,
@@ -105,7 +105,7 @@ impl BlockTracer {
         match &self.face {
             _ if !self.even || !self.block.is_rectangular() || self.traversal != Traversal::Grid => None,
             Face::Spline(spline) => Some(Lattice::Spline(xs.to_vec(), spline.columns(xs))),
-            Face::Smooth(_) | Face::Facets => {
+            _ => {
                 let column = |&x: &f64| {
                     let (cell, part) = self.column_at(x);
                     Column { x, cell, part }
@@ -129,6 +129,9 @@ impl BlockTracer {
                     let normal = u * normals[a] + v * normals[b] + w * normals[c];
                     -normal.truncate() / normal.z
                 });
+            }
+            (Lattice::Flat(columns), Face::Sloped(slopes)) => {
+                self.flat_row(columns, y, &mut row.met, |_, nodes, weights| mixed(slopes, nodes, weights));
             }
             (Lattice::Flat(columns), Face::Facets) => {
                 self.flat_row(columns, y, &mut row.met, |slope, _, _| slope());

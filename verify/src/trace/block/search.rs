@@ -4,11 +4,12 @@ use super::BlockTracer;
 use crate::{
     accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
     block::{Block, Diagonal, Half, corners, halves},
-    scene::Traversal,
+    scene::{Optics, Traversal},
+    trace::illumination::Rays,
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::ops::RangeInclusive;
+use std::{f64::consts::FRAC_PI_2, ops::RangeInclusive};
 
 /// A search structure over patches of the exit face. Within a patch the grid tells which cells a ray passes.
 #[derive(Debug)]
@@ -82,6 +83,39 @@ impl BlockTracer {
         if !self.even || self.traversal == Traversal::Bvh {
             self.hierarchy();
         }
+    }
+
+    /// The same for beams, which look for the face a second time only where light runs flat over it.
+    pub(in crate::trace) fn prepare_beams(&self) {
+        let needed = if self.even { self.traversal == Traversal::Bvh } else { self.may_meet_twice() };
+        if needed {
+            self.hierarchy();
+        }
+    }
+
+    /// Whether light may run so flat that it meets the face a second time, by bounds for its angles to the axis.
+    fn may_meet_twice(&self) -> bool {
+        let mirror = self.optics == Optics::Reflects;
+        let arrives = match self.rays {
+            Rays::Parallel(direction) => direction.z.abs().clamp(0.0, 1.0).acos(),
+            Rays::From(source) => {
+                let aside = (self.block.upper - source.truncate()).abs().max((self.block.lower - source.truncate()).abs());
+                let away = if mirror { source.z - self.highest_mm } else { self.block.entry_z - source.z };
+                aside.length().atan2(away)
+            }
+        };
+        let turns = self.steepest.atan();
+        let (within, leaves) = match self.optics {
+            Optics::Reflects => (arrives, arrives + 2.0 * turns),
+            Optics::Refracts { ior } => {
+                let within = (arrives.sin() / ior).asin();
+                let sin = ior * (within + turns).min(FRAC_PI_2).sin();
+                (within, sin.min(1.0).asin() + turns)
+            }
+        };
+        // False where an angle is not a number.
+        let steep = |angle: f64| angle < FRAC_PI_2 && angle.tan() * self.steepest < 1.0;
+        !(steep(within) && steep(leaves))
     }
 
     /// The search structure over the exit face.

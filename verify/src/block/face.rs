@@ -1,0 +1,103 @@
+//! A block with another face than that of its file: worked on, thicker, or known better than by its heights.
+
+use super::{Block, BlockError};
+use glam::DVec2;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+impl Block {
+    /// The same block with an exit face of `nx` by `ny` nodes at these heights over the same plan: mm in the block's own frame, row-major, rows
+    /// along `+y`. Entry face, walls, rim and outline stay where they are.
+    ///
+    /// # Errors
+    /// Those of [`from_heights`](Self::from_heights).
+    pub fn with_face(mut self, (nx, ny): (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
+        let fresh = Self::from_heights(self.upper - self.lower, self.entry_z, (nx, ny), heights)?;
+        self.xs = super::places(nx, self.lower.x, self.upper.x);
+        self.ys = super::places(ny, self.lower.y, self.upper.y);
+        (self.nx, self.ny, self.heights, self.diagonals) = (nx, ny, fresh.heights, fresh.diagonals);
+        (self.spline, self.normals, self.slopes) = (None, None, None);
+        if let Some(border) = &self.border {
+            let known = (0..nx * ny).into_par_iter().map(|k| border.covers(self.node(k % nx, k / nx).truncate()));
+            let border = border.with_face(known.collect(), |at| self.height_between_nodes(at));
+            self.border = Some(Arc::new(border));
+        }
+        Ok(self)
+    }
+
+    /// The same block with slopes at its nodes (mm per mm), which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose
+    /// slopes jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for another number of slopes, or one that is not finite.
+    pub fn with_slopes(mut self, slopes: Vec<DVec2>) -> Result<Self, BlockError> {
+        if slopes.len() != self.heights.len() {
+            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), self.heights.len()) });
+        }
+        if let Some(k) = slopes.iter().position(|slope| !slope.is_finite()) {
+            let (i, j) = (k % self.nx, k / self.nx);
+            return Err(BlockError::Grid { why: format!("the slope at column {i}, row {j} is {}", slopes[k]) });
+        }
+        self.slopes = Some(Arc::new(slopes));
+        Ok(self)
+    }
+
+    /// The same block with its entry face at `entry_z_mm`.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for one that is not below all of the exit face.
+    pub fn with_entry_z(mut self, entry_z_mm: f64) -> Result<Self, BlockError> {
+        super::above(&self.heights, self.nx, entry_z_mm)?;
+        self.entry_z = entry_z_mm;
+        Ok(self)
+    }
+
+    /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where nothing else holds on to them.
+    pub fn into_heights_mm(self) -> Vec<f64> {
+        Arc::try_unwrap(self.heights).unwrap_or_else(|shared| shared.to_vec())
+    }
+
+    /// Height of the face above a point of its plan, bilinear between nodes.
+    fn height_between_nodes(&self, at: DVec2) -> f64 {
+        let cells = DVec2::new((self.nx - 1) as f64, (self.ny - 1) as f64);
+        let place = (at - self.lower) / (self.upper - self.lower) * cells;
+        let corner = place.floor().clamp(DVec2::ZERO, cells - 1.0);
+        let (part, first) = (place - corner, corner.y as usize * self.nx + corner.x as usize);
+        let along = |k: usize| self.heights[k] * (1.0 - part.x) + self.heights[k + 1] * part.x;
+        along(first) * (1.0 - part.y) + along(first + self.nx) * part.y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shading::node_normals;
+    use glam::DVec3;
+
+    #[test]
+    fn a_block_keeps_everything_but_its_face() {
+        let size = DVec2::new(20.0, 10.0);
+        let around = (0..40).map(|k| (4.0 * DVec2::from_angle(f64::from(k))).extend(2.0)).collect();
+        let plain = Block::from_heights(size, -3.0, (5, 4), vec![2.0; 20]).unwrap();
+        let plain = plain.with_entry_face(0.6 * -size, 0.7 * size).unwrap();
+        let disc = plain.clone().within(around).unwrap();
+        // z = x / 10 + 1, on other nodes.
+        let ramp: Vec<f64> = (0..77).map(|k| 0.2 * f64::from(k % 11)).collect();
+        let (plain, disc) = [plain, disc].map(|block| block.with_face((11, 7), ramp.clone()).unwrap()).into();
+        assert_eq!((plain.nodes(), plain.size_mm(), plain.height_range_mm()), ((11, 7), size, (0.0, 2.0)));
+        assert_eq!(plain.entry_face_mm(), (0.6 * -size, 0.7 * size));
+        assert!(disc.outline().unwrap().iter().all(|p| (p.z - 1.0 - 0.1 * p.x).abs() < 1e-12));
+        assert!(disc.knows(38) && !disc.knows(0) && disc.height_range_mm().0 > 0.59);
+        assert!(plain.clone().with_face((11, 7), vec![0.0; 76]).is_err());
+        assert!(plain.clone().with_face((11, 7), vec![-3.0; 77]).is_err());
+        assert_eq!(plain.clone().with_entry_z(-0.5).unwrap().min_thickness_mm(), 0.5);
+        assert!(plain.clone().with_entry_z(0.0).is_err());
+        assert_eq!(plain.clone().into_heights_mm(), ramp);
+        let slopes = vec![DVec2::new(0.1, 0.0); 77];
+        let normals = node_normals(&plain.clone().with_slopes(slopes.clone()).unwrap());
+        assert!((normals[3] - DVec3::new(-0.1, 0.0, 1.0).normalize()).length() < 1e-15);
+        assert!((node_normals(&plain)[3] - normals[3]).length() < 1e-12);
+        assert!(plain.clone().with_slopes(slopes[1..].to_vec()).is_err());
+        assert!(plain.with_slopes(vec![DVec2::NAN; 77]).is_err());
+    }
+}
