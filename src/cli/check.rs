@@ -8,6 +8,7 @@ use super::{
     json, judge,
     length::Length,
     otherwise::{seen_otherwise, thrown_mm},
+    outputs,
     plan::Plan,
     progress::TerminalProgress,
     settings::Settings,
@@ -18,7 +19,6 @@ use super::{
 use anstyle::AnsiColor;
 use glam::{DVec2, DVec3};
 use glasswarp::{
-    export,
     fabricate::{Cutter, Pass, Scallop, Shape},
     report::{self, Captioned},
     solid::STANDARD_SHEETS_MM,
@@ -107,8 +107,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         if !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Failure::Usage(format!("{}: pictures of a check are written as .png", output.display())));
         }
-        export::probe(output).map_err(Failure::writing)?;
     }
+    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    outputs::plan(inputs.iter().map(PathBuf::as_path), args.output.clone())?;
     args.tolerance.check()?;
     let polish = Polish::new(args.polish.mm).map_err(Failure::refused)?;
     let subject = Subject::open(args)?;
