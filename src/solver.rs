@@ -2,13 +2,36 @@
 
 use crate::{bench::Bench, grid::Field, optim::Summary, surface::HeightField, target::TargetIrradiance};
 use glam::{DVec2, DVec3};
+use std::time::Duration;
 
-/// Watches a long computation. Calls come from the thread that started it.
+/// Watches a long computation, and may end it. Calls come from the thread that started it.
 pub trait Progress {
     /// A new stage begins, of `steps` steps.
     fn begin(&self, stage: &str, steps: usize);
     /// `done` of the stage's steps are done.
     fn advance(&self, done: usize);
+
+    /// Whether nobody waits for the result any more. Solvers ask at every iteration, also of their linear systems, and end
+    /// with [`SolveError::Cancelled`].
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+
+    /// Time since any fixed moment, by the caller's clock: solvers have none, and time the levels of their [`Summary`] by
+    /// this one. Where it stands still, as by default, their times are 0.
+    fn clock(&self) -> Duration {
+        Duration::ZERO
+    }
+}
+
+impl dyn Progress + '_ {
+    /// Ends a computation that was cancelled.
+    ///
+    /// # Errors
+    /// [`SolveError::Cancelled`].
+    pub(crate) fn check(&self) -> Result<(), SolveError> {
+        if self.is_cancelled() { Err(SolveError::Cancelled) } else { Ok(()) }
+    }
 }
 
 /// Watches nothing.
@@ -22,6 +45,7 @@ impl Progress for Silent {
 
 /// Why no surface could be found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolveError {
     /// Light would have to be bent by more than refraction can.
     #[error(
@@ -85,6 +109,9 @@ pub enum SolveError {
         /// What was asked for.
         what: String,
     },
+    /// The caller wants no result any more, see [`Progress::is_cancelled`].
+    #[error("the design was cancelled")]
+    Cancelled,
     /// The numerics broke down; the result would be wrong.
     #[error("the {solver} solver failed on the level of {nx} x {ny} nodes: {why}")]
     Failed {

@@ -1,15 +1,20 @@
 use glasswarp::solver::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::{cell::RefCell, io::IsTerminal, time::Duration};
+use std::{
+    cell::RefCell,
+    io::IsTerminal,
+    time::{Duration, Instant},
+};
 
 /// Progress on standard error: a bar with the time left for each stage, nothing at all off a terminal.
 pub(crate) struct TerminalProgress {
     bar: RefCell<Option<ProgressBar>>,
+    began: Instant,
 }
 
 impl TerminalProgress {
     pub(crate) fn new() -> Self {
-        Self { bar: RefCell::new(None) }
+        Self { bar: RefCell::new(None), began: Instant::now() }
     }
 
     /// Removes the bar.
@@ -51,5 +56,9 @@ impl Progress for TerminalProgress {
         if let Some(bar) = self.bar.borrow().as_ref() {
             bar.set_position(done as u64);
         }
+    }
+
+    fn clock(&self) -> Duration {
+        self.began.elapsed()
     }
 }

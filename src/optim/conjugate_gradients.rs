@@ -5,6 +5,7 @@ use super::{
     line_search::{Found, Sample, Wolfe},
     vector::{Sums, step_along, turn},
 };
+use std::ops::ControlFlow;
 
 /// A differentiable function of many variables.
 pub trait Objective {
@@ -104,7 +105,7 @@ pub struct Outcome {
 const EVALUATIONS_PER_SEARCH: usize = 20;
 const DECREASE_WINDOW: usize = 10;
 
-/// Minimises `objective` from `x`, which holds the best point found in the end. `watch` sees every iteration.
+/// Minimises `objective` from `x`, which holds the best point found in the end. `watch` sees every iteration, and may end it all.
 ///
 /// Bit-identical for any number of threads if the objective is.
 ///
@@ -117,7 +118,7 @@ pub fn minimise(
     objective: &mut impl Objective,
     x: &mut Vec<f64>,
     options: &Options,
-    mut watch: impl FnMut(usize, &Iteration),
+    mut watch: impl FnMut(usize, &Iteration) -> ControlFlow<()>,
 ) -> Result<Outcome, OptionError> {
     options.validate()?;
     let n = objective.variables();
@@ -192,8 +193,11 @@ pub fn minimise(
         first = if slope < 0.0 { accepted.step * (old_slope / slope).min(10.0) } else { accepted.step };
         let iteration = Iteration { objective: value, gradient_norm: gg.sqrt(), step: accepted.step, evaluations };
         outcome.iterations.push(iteration);
-        watch(outcome.iterations.len(), &iteration);
         let done = outcome.iterations.len();
+        if watch(done, &iteration).is_break() {
+            outcome.termination = Termination::Cancelled;
+            break;
+        }
         if done > DECREASE_WINDOW {
             let before = outcome.iterations[done - 1 - DECREASE_WINDOW].objective;
             if before - value <= options.decrease_tolerance * value.abs() {
@@ -251,7 +255,7 @@ mod tests {
     fn the_valley_is_followed_to_its_end() {
         let mut x = [-1.2, 1.0].repeat(50);
         let options = Options { iteration_limit: 500, ..Options::default() };
-        let outcome = minimise(&mut Valley(100), &mut x, &options, |_, _| ()).unwrap();
+        let outcome = minimise(&mut Valley(100), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(outcome.termination, Termination::Converged);
         assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-5), "{outcome:?}");
         assert!(outcome.iterations.windows(2).all(|w| w[1].objective <= w[0].objective));
@@ -264,7 +268,7 @@ mod tests {
         // Bound 2 ((sqrt k - 1)/(sqrt k + 1))^m for the error with condition k = 400: below 1e-6 after 145 steps.
         let mut x = vec![0.0; 400];
         let options = Options { iteration_limit: 145, decrease_tolerance: 0.0, ..Options::default() };
-        let outcome = minimise(&mut Bowl(400), &mut x, &options, |_, _| ()).unwrap();
+        let outcome = minimise(&mut Bowl(400), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap();
         assert!(outcome.objective < 1e-6 * 400.0 * 401.0 / 4.0, "{}", outcome.objective);
         assert!(outcome.evaluations < 3 * outcome.iterations.len());
     }
@@ -274,17 +278,29 @@ mod tests {
         let mut x = vec![0.0; 400];
         let options = Options { iteration_limit: 3, ..Options::default() };
         let mut seen = 0;
-        let outcome = minimise(&mut Bowl(400), &mut x, &options, |k, _| seen = k).unwrap();
+        let outcome = minimise(&mut Bowl(400), &mut x, &options, |k, _| {
+            seen = k;
+            ControlFlow::Continue(())
+        })
+        .unwrap();
         assert_eq!((outcome.termination, seen), (Termination::IterationLimit, 3));
         let options = Options { curvature: 0.9, ..Options::default() };
-        let error = minimise(&mut Bowl(400), &mut x, &options, |_, _| ()).unwrap_err();
+        let error = minimise(&mut Bowl(400), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap_err();
         assert_eq!((error.name, error.value), ("curvature", 0.9));
+    }
+
+    #[test]
+    fn whoever_watches_may_end_it() {
+        let mut x = vec![0.0; 400];
+        let stop = |k: usize| if k == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let outcome = minimise(&mut Bowl(400), &mut x, &Options::default(), |k, _| stop(k)).unwrap();
+        assert_eq!((outcome.termination, outcome.iterations.len()), (Termination::Cancelled, 3));
     }
 
     #[test]
     fn a_start_at_the_minimum_is_converged() {
         let mut x = vec![1.0; 10];
-        let outcome = minimise(&mut Bowl(10), &mut x, &Options::default(), |_, _| ()).unwrap();
+        let outcome = minimise(&mut Bowl(10), &mut x, &Options::default(), |_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!((outcome.termination, outcome.iterations.len()), (Termination::Converged, 0));
     }
 }

@@ -9,6 +9,8 @@ pub enum Termination {
     IterationLimit,
     /// No step along the search direction improved the objective any more.
     Stalled,
+    /// Whoever watched wanted no more.
+    Cancelled,
 }
 
 impl fmt::Display for Termination {
@@ -17,6 +19,7 @@ impl fmt::Display for Termination {
             Self::Converged => "converged",
             Self::IterationLimit => "iteration limit",
             Self::Stalled => "no further progress",
+            Self::Cancelled => "cancelled",
         })
     }
 }
@@ -47,7 +50,7 @@ pub struct Level {
     pub termination: Termination,
     /// Every iteration, in order.
     pub iterations: Vec<Iteration>,
-    /// Wall time.
+    /// Wall time by the caller's clock ([`Progress::clock`](crate::solver::Progress::clock)).
     pub elapsed: Duration,
 }
 

@@ -6,7 +6,7 @@
 
 use super::{
     carry::Carrier,
-    newton::Criterion,
+    newton::{Criterion, Halt},
     path::OpticalPath,
     pyramid::{FORCING, RMS, STAGE, Solved, record},
     uneven,
@@ -15,8 +15,8 @@ use crate::{
     bench::Bench,
     light::Light,
     optim::{Summary, Termination},
+    solver::{Progress, SolveError},
 };
-use std::time::Instant;
 
 /// Most corrections; each leaves a few percent.
 const CORRECTIONS: usize = 3;
@@ -26,32 +26,44 @@ const STEPS: usize = 12;
 const ENOUGH: f64 = 2e-5;
 
 /// Moves the face so that the mean of the lens's nodes is 0.
-pub(super) fn settle(solved: &mut Solved, bench: &Bench, nodes: (usize, usize), summary: &mut Summary) {
-    let Light::Point { position_mm, .. } = bench.light() else { return };
+///
+/// # Errors
+/// A solve that was cancelled.
+pub(super) fn settle(
+    solved: &mut Solved,
+    bench: &Bench,
+    nodes: (usize, usize),
+    progress: &dyn Progress,
+    summary: &mut Summary,
+) -> Result<(), SolveError> {
+    let Light::Point { position_mm, .. } = bench.light() else { return Ok(()) };
     let near_mm = bench.distance_mm().min(position_mm.z.abs());
     let path = OpticalPath::new(bench);
     let mut carrier = Carrier::new(bench.contour(), nodes);
     for _ in 0..CORRECTIONS {
-        let began = Instant::now();
+        let began = progress.clock();
         let carried = carrier.heights(&path, &solved.state.spline);
         let mean = carried.mean_mm(bench);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
         if carried.missed > 0 || mean.is_nan() || mean.abs() < ENOUGH * near_mm {
-            return;
+            return Ok(());
         }
         solved.newton.height_mm -= mean;
         let mut state = solved.state.clone();
         let criterion = Criterion { rms: RMS, steps: STEPS, forcing: FORCING };
-        match uneven::run(&mut solved.newton, bench, solved.grid, &solved.light, &mut state, criterion) {
-            Some(outcome) if outcome.termination == Termination::Converged => {
+        match uneven::run(&mut solved.newton, bench, solved.grid, &solved.light, &mut state, criterion, progress) {
+            Ok(outcome) if outcome.termination == Termination::Converged => {
                 solved.state = state;
-                summary.levels.push(record(STAGE.into(), solved.grid, outcome, began));
+                let elapsed = progress.clock().saturating_sub(began);
+                summary.levels.push(record(STAGE.into(), solved.grid, outcome, elapsed));
             }
+            Err(Halt::Cancelled) => return Err(SolveError::Cancelled),
             // What was found before stands; the closed loop may do better.
             _ => {
                 solved.newton.height_mm += mean;
-                return;
+                return Ok(());
             }
         }
     }
+    Ok(())
 }

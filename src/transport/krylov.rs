@@ -1,6 +1,7 @@
 //! Flexible GMRES (Saad 1993) in single precision with sums in double precision: it steers a Newton iteration, to a tenth.
 
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// Memory of the iteration, reused from solve to solve.
 #[derive(Debug, Default)]
@@ -25,13 +26,13 @@ const CHUNK: usize = 4096;
 
 impl Gmres {
     /// Minimises `|rhs - sum_k w_k apply(k)|` over at most `most` directions. `apply(v, z, w)` turns the vector `v` into a
-    /// direction `z` (the preconditioner) and `w`, the operator's value of that.
+    /// direction `z` (the preconditioner) and `w`, the operator's value of that, or ends the solve.
     pub(super) fn solve(
         &mut self,
         rhs: &[f32],
         tolerance: f64,
         most: usize,
-        mut apply: impl FnMut(&[f32], &mut [f32], &mut [f32]),
+        mut apply: impl FnMut(&[f32], &mut [f32], &mut [f32]) -> ControlFlow<()>,
     ) -> Solved {
         let n = rhs.len();
         self.reserve(0, n);
@@ -50,7 +51,9 @@ impl Gmres {
             self.reserve(k + 1, n);
             let (known, next) = self.basis.split_at_mut(k + 1);
             let w = &mut next[0];
-            apply(&known[k], &mut self.directions[k], w);
+            if apply(&known[k], &mut self.directions[k], w).is_break() {
+                break;
+            }
             let mut column = dots(known, w, &mut self.partial);
             let length = subtract(known, &column, w, &mut self.partial);
             for (i, &(c, s)) in rotations.iter().enumerate() {
@@ -172,6 +175,7 @@ mod tests {
         let solved = gmres.solve(&rhs, 1e-5, 80, |v, z, w| {
             z.iter_mut().zip(v).for_each(|(z, v)| *z = v / 3.0);
             matrix(z, w);
+            ControlFlow::Continue(())
         });
         assert!(solved.reduction <= 1e-5);
         for i in 0..n {
@@ -186,6 +190,7 @@ mod tests {
         let solved = Gmres::default().solve(&rhs, 0.1, 5, |v, z, w| {
             z.copy_from_slice(v);
             w.copy_from_slice(v);
+            ControlFlow::Continue(())
         });
         assert_eq!(solved.weights.len(), 1);
         assert!(solved.reduction < 1e-6);

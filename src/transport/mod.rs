@@ -52,7 +52,7 @@ impl Solver for Transport {
         start::check(bench)?;
         let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)
             .map_err(|error| start::explain(error, bench))?;
-        height::settle(&mut solved, bench, nodes, &mut summary);
+        height::settle(&mut solved, bench, nodes, progress, &mut summary)?;
         let (surface, light) = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
         start::check_light_reaches(&surface, bench)?;
         Ok(Solution { surface, light: Some(light), summary })

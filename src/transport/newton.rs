@@ -12,9 +12,10 @@ use crate::{
         dct::{CosineFilter, Symmetry},
     },
     optim::{Iteration, Termination},
+    solver::Progress,
 };
 use rayon::prelude::*;
-use std::f64::consts::PI;
+use std::{f64::consts::PI, ops::ControlFlow};
 
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +33,15 @@ pub(super) struct Criterion {
 pub(super) struct Outcome {
     pub(super) termination: Termination,
     pub(super) iterations: Vec<Iteration>,
+}
+
+/// Why an iteration gave nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Halt {
+    /// The state asks for rays that do not exist.
+    NoRays,
+    /// The caller wants no result.
+    Cancelled,
 }
 
 /// Most directions of a linear solve.
@@ -78,15 +88,25 @@ impl Newton {
 
     /// Improves `state`, whose border need not be fitted.
     ///
-    /// None if `state` asks for rays that do not exist.
-    pub(super) fn run(&mut self, equation: &Equation, state: &mut State, criterion: Criterion) -> Option<Outcome> {
+    /// # Errors
+    /// See [`Halt`].
+    pub(super) fn run(
+        &mut self,
+        equation: &Equation,
+        state: &mut State,
+        criterion: Criterion,
+        progress: &dyn Progress,
+    ) -> Result<Outcome, Halt> {
         let mut iterations = Vec::new();
         let mut termination = Termination::IterationLimit;
-        let mut sums = settle(equation, state, &mut self.residual, self.height_mm)?;
+        let mut sums = settle(equation, state, &mut self.residual, self.height_mm).ok_or(Halt::NoRays)?;
         while sums.rms > criterion.rms && iterations.len() < criterion.steps {
-            let at = equation.linearise(state, &mut self.residual, &mut self.rows)?;
+            let at = equation.linearise(state, &mut self.residual, &mut self.rows).ok_or(Halt::NoRays)?;
             let border = equation.linearise_border(state);
-            let (change_of_mu, products) = self.solve(&at, &border, criterion.forcing);
+            let (change_of_mu, products) = self.solve(&at, &border, criterion.forcing, progress);
+            if progress.is_cancelled() {
+                return Err(Halt::Cancelled);
+            }
             let mut step = 1.0;
             let mut evaluations = 1;
             let accepted = loop {
@@ -110,7 +130,7 @@ impl Newton {
         if sums.rms <= criterion.rms {
             termination = Termination::Converged;
         }
-        Some(Outcome { termination, iterations })
+        Ok(Outcome { termination, iterations })
     }
 
     /// Changes the light that was asked for to what the last iteration solved for, to first order in the residual that it left.
@@ -129,16 +149,20 @@ impl Newton {
     }
 
     /// Solves the linearised equation for the variation; returns the change of mu and the number of products it took.
-    fn solve(&mut self, sums: &Sums, border: &BorderRows, forcing: f64) -> (f64, usize) {
+    fn solve(&mut self, sums: &Sums, border: &BorderRows, forcing: f64, progress: &dyn Progress) -> (f64, usize) {
         let Self { residual, rows, preconditioner, gmres, variation, variation_slopes, .. } = self;
         preconditioner.tune(sums.principal);
         let mut mus = Vec::new();
         let solved = gmres.solve(residual, forcing, DIRECTIONS, |v, z, w| {
+            if progress.is_cancelled() {
+                return ControlFlow::Break(());
+            }
             let mu = preconditioner.apply(v, rows, z);
             set_inner(variation, |j, inner| inner.copy_from_slice(preconditioner.row(j)));
             border.set_ghosts(variation, variation_slopes);
             product(rows, variation, mu, w);
             mus.push(mu);
+            ControlFlow::Continue(())
         });
         let (weights, nx) = (&solved.weights, variation.grid.nodes().0);
         set_inner(variation, |j, inner| {

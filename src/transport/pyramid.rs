@@ -4,7 +4,7 @@ use super::{
     NAME, Options,
     equation::State,
     light,
-    newton::{Criterion, Newton, Outcome},
+    newton::{Criterion, Halt, Newton, Outcome},
     spline::ReceiverGrid,
     start, uneven,
 };
@@ -16,7 +16,7 @@ use crate::{
     solver::{Progress, SolveError},
     target::TargetIrradiance,
 };
-use std::time::Instant;
+use std::time::Duration;
 
 /// The solution on the finest receiver grid, and what its closed loop needs.
 #[derive(Debug)]
@@ -63,7 +63,7 @@ fn divide(options: &Options, target: &TargetIrradiance, nodes: (usize, usize)) -
 /// Solves for the light of the target's cells.
 ///
 /// # Errors
-/// Where the numerics break down.
+/// Where the numerics break down, and a solve that was cancelled.
 pub(super) fn solve(
     options: &Options,
     target: &TargetIrradiance,
@@ -89,7 +89,7 @@ pub(super) fn solve(
     let mut state: Option<State> = None;
     let mut height_mm = 0.0;
     for (done, &size) in sizes.iter().rev().enumerate() {
-        let began = Instant::now();
+        let began = progress.clock();
         let cells = area_resample(target.cells(), size.0, size.1);
         let mut light = light::nodal(&cells, per_cell, floor);
         light::normalise(&mut light);
@@ -109,19 +109,22 @@ pub(super) fn solve(
             && matches!(bench.light(), Light::Parallel { .. });
         let criterion = Criterion { rms: if goes_on { GOES_ON_RMS } else { RMS }, steps: STEPS, forcing: FORCING };
         if done == 0 {
-            start::round_corners(bench, grid, &light, &mut newton, &mut current, criterion);
+            start::round_corners(bench, grid, &light, &mut newton, &mut current, criterion, progress)?;
         }
-        let outcome = uneven::run(&mut newton, bench, grid, &light, &mut current, criterion).ok_or_else(|| {
-            SolveError::Failed {
-                solver: NAME,
-                nx: grid.nodes().0,
-                ny: grid.nodes().1,
-                why: "the start asks for rays beyond the limit of refraction".into(),
-            }
-        })?;
+        let outcome = uneven::run(&mut newton, bench, grid, &light, &mut current, criterion, progress).map_err(
+            |halt| match halt {
+                Halt::Cancelled => SolveError::Cancelled,
+                Halt::NoRays => SolveError::Failed {
+                    solver: NAME,
+                    nx: grid.nodes().0,
+                    ny: grid.nodes().1,
+                    why: "the start asks for rays beyond the limit of refraction".into(),
+                },
+            },
+        )?;
         newton.account(&mut light);
         height_mm = newton.height_mm;
-        summary.levels.push(record(STAGE.into(), grid, outcome, began));
+        summary.levels.push(record(STAGE.into(), grid, outcome, progress.clock().saturating_sub(began)));
         if let Some(level) = summary.levels.last() {
             tracing::debug!(?level, "level done");
         }
@@ -134,7 +137,7 @@ pub(super) fn solve(
     unreachable!("the finest level is always there")
 }
 
-pub(super) fn record(stage: String, grid: ReceiverGrid, outcome: Outcome, began: Instant) -> Level {
+pub(super) fn record(stage: String, grid: ReceiverGrid, outcome: Outcome, elapsed: Duration) -> Level {
     let (nx, ny) = grid.nodes();
-    Level { stage, nx, ny, termination: outcome.termination, iterations: outcome.iterations, elapsed: began.elapsed() }
+    Level { stage, nx, ny, termination: outcome.termination, iterations: outcome.iterations, elapsed }
 }

@@ -5,7 +5,7 @@ use super::{
     carry::Carrier,
     correction::{Correction, GENTLE, STAGES},
     equation::State,
-    newton::Criterion,
+    newton::{Criterion, Halt},
     path::OpticalPath,
     pyramid::{FORCING, RMS, Solved, record},
     report,
@@ -22,7 +22,6 @@ use crate::{
     solver::{Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
-use std::time::Instant;
 
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
@@ -59,14 +58,24 @@ struct Best {
 
 impl Best {
     /// Takes out folds that the picture does not need.
-    fn unfold(&mut self, bench: &Bench, beams: Beams, wanted: &Field<f64>) {
+    ///
+    /// # Errors
+    /// A solve that was cancelled.
+    fn unfold(
+        &mut self,
+        bench: &Bench,
+        beams: Beams,
+        wanted: &Field<f64>,
+        progress: &dyn Progress,
+    ) -> Result<(), SolveError> {
         let cells = (wanted.nx(), wanted.ny());
         let needless = if wanted.min_max().0 < BLACK * wanted.mean() { NEEDLESS_WITH_BLACK } else { NEEDLESS };
         for _ in 0..UNFOLDINGS {
             if self.seen.folds.is_empty() || self.seen.folded > needless {
                 break;
             }
-            let surface = unfold(&self.surface, bench, beams.lattice(&self.surface, cells), &self.seen.folds);
+            let lattice = beams.lattice(&self.surface, cells);
+            let surface = unfold(&self.surface, bench, lattice, &self.seen.folds, progress)?;
             let seen = look(&surface, bench, beams, cells);
             let error = relative_rms(&seen.irradiance, wanted);
             tracing::debug!(error, folded = seen.folded, "without its folds");
@@ -82,13 +91,14 @@ impl Best {
             }
             (self.surface, self.seen, self.error) = (surface, seen, error);
         }
+        Ok(())
     }
 }
 
 /// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned, with its light.
 ///
 /// # Errors
-/// Where the face would reach the receiver.
+/// Where the face would reach the receiver, and a solve that was cancelled.
 pub(super) fn close(
     options: &Options,
     solved: Solved,
@@ -108,7 +118,8 @@ pub(super) fn close(
     let mut unsoftened = f64::INFINITY;
     progress.begin("closed loop", rounds);
     for round in 0.. {
-        let began = Instant::now();
+        progress.check()?;
+        let began = progress.clock();
         let carried = carrier.heights(&path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
         let mean = carried.mean_mm(bench);
@@ -185,13 +196,16 @@ pub(super) fn close(
         correction.next(&cells, options.floor(), stage, &mut light);
         let share = if round + 1 < rounds { RESIDUAL_SHARE } else { LAST_RESIDUAL_SHARE };
         let criterion = Criterion { rms: RMS.max(share * best.error), steps: STEPS, forcing: FORCING };
-        let Some(outcome) = uneven::run(&mut newton, bench, grid, &light, &mut state, criterion) else {
+        let outcome = match uneven::run(&mut newton, bench, grid, &light, &mut state, criterion, progress) {
+            Ok(outcome) => outcome,
+            Err(Halt::Cancelled) => return Err(SolveError::Cancelled),
             // What was found before stands.
-            break;
+            Err(Halt::NoRays) => break,
         };
         newton.account(&mut light);
         unconverged = outcome.termination != Termination::Converged;
-        summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, began));
+        let elapsed = progress.clock().saturating_sub(began);
+        summary.levels.push(record(format!("closed loop {}", round + 1), grid, outcome, elapsed));
         if let Some(level) = summary.levels.last() {
             tracing::debug!(?level, "level done");
         }
@@ -206,7 +220,7 @@ pub(super) fn close(
         });
     };
     if options.finish.is_none() && rounds > 0 {
-        best.unfold(bench, Beams::PerNode(options.beams()), &cells);
+        best.unfold(bench, Beams::PerNode(options.beams()), &cells, progress)?;
     }
     let flaws = report::Flaws { unconverged: best.unconverged, ..best.flaws };
     report::describe(&best.seen, &cells, best.error, &flaws, unsoftened, bench, summary);

@@ -2,7 +2,7 @@
 
 use super::{
     equation::{Equation, State},
-    newton::{Criterion, Newton},
+    newton::{Criterion, Halt, Newton},
     path::OpticalPath,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
 };
@@ -10,7 +10,7 @@ use crate::{
     bench::{Bench, ExitFace},
     grid::Field,
     light::{Incidence, Light},
-    solver::SolveError,
+    solver::{Progress, SolveError},
     surface::HeightField,
 };
 use glam::DVec2;
@@ -77,6 +77,9 @@ const ROUNDINGS: usize = 8;
 
 /// Takes a state that fits a rectangle to the outline of the lens, on the coarsest grid: the corners grow step by step. What a
 /// step lacks is left to the next.
+///
+/// # Errors
+/// A solve that was cancelled.
 pub(super) fn round_corners(
     bench: &Bench,
     grid: ReceiverGrid,
@@ -84,19 +87,23 @@ pub(super) fn round_corners(
     newton: &mut Newton,
     state: &mut State,
     criterion: Criterion,
-) {
+    progress: &dyn Progress,
+) -> Result<(), SolveError> {
     let (outline, mut equation) = (bench.contour(), Equation::new(bench, grid, light));
     if outline.is_rectangle() {
-        return;
+        return Ok(());
     }
     for step in 1..=ROUNDINGS {
         equation.contour = outline.with_corners(step as f64 / ROUNDINGS as f64);
         state.mu = equation.contour.share_of_extent().ln();
         let mut next = state.clone();
-        if newton.run(&equation, &mut next, criterion).is_some() {
-            *state = next;
+        match newton.run(&equation, &mut next, criterion, progress) {
+            Ok(_) => *state = next,
+            Err(Halt::NoRays) => {}
+            Err(Halt::Cancelled) => return Err(SolveError::Cancelled),
         }
     }
+    Ok(())
 }
 
 /// A state whose map is close to the plain one of window to the extent of the block: exact along both axes through the centre of the window.

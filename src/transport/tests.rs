@@ -135,7 +135,7 @@ fn a_manufactured_solution_is_met_with_the_second_order() {
             let mut newton = Newton::new(&state);
             newton.height_mm = height_mm;
             let criterion = Criterion { rms: 1e-8, steps: 40, forcing: 1e-2 };
-            let outcome = newton.run(&equation, &mut state, criterion).unwrap();
+            let outcome = newton.run(&equation, &mut state, criterion, &Silent).unwrap();
             assert_eq!(outcome.termination, Termination::Converged, "{outcome:?}");
             assert!(state.mu.abs() < 1e-2);
             let mut worst = 0.0_f64;

@@ -5,11 +5,11 @@
 use super::{
     equation::{Equation, State},
     light,
-    newton::{Criterion, Newton, Outcome},
+    newton::{Criterion, Halt, Newton, Outcome},
     path::OpticalPath,
     spline::ReceiverGrid,
 };
-use crate::{bench::Bench, grid::Field, light::Profile};
+use crate::{bench::Bench, grid::Field, light::Profile, solver::Progress};
 use rayon::prelude::*;
 
 /// Most turns; on benches with a torch each leaves about a tenth of the change before.
@@ -18,6 +18,9 @@ const TURNS: usize = 8;
 const ENOUGH: f64 = 2e-4;
 
 /// Runs Newton's iteration for the wanted light on a bench, however its own light is spread.
+///
+/// # Errors
+/// See [`Halt`].
 pub(super) fn run(
     newton: &mut Newton,
     bench: &Bench,
@@ -25,13 +28,14 @@ pub(super) fn run(
     wanted: &Field<f64>,
     state: &mut State,
     criterion: Criterion,
-) -> Option<Outcome> {
+    progress: &dyn Progress,
+) -> Result<Outcome, Halt> {
     let Some(profile) = bench.profile() else {
-        return newton.run(&Equation::new(bench, grid, wanted), state, criterion);
+        return newton.run(&Equation::new(bench, grid, wanted), state, criterion, progress);
     };
     let path = OpticalPath::new(bench);
     let mut even = evened(profile, &path, state, wanted);
-    let mut outcome = newton.run(&Equation::new(bench, grid, &even), state, criterion)?;
+    let mut outcome = newton.run(&Equation::new(bench, grid, &even), state, criterion, progress)?;
     for _ in 1..TURNS {
         let next = evened(profile, &path, state, wanted);
         let change = rms_change(&even, &next);
@@ -39,11 +43,11 @@ pub(super) fn run(
             break;
         }
         even = next;
-        let more = newton.run(&Equation::new(bench, grid, &even), state, criterion)?;
+        let more = newton.run(&Equation::new(bench, grid, &even), state, criterion, progress)?;
         outcome.termination = more.termination;
         outcome.iterations.extend(more.iterations);
     }
-    Some(outcome)
+    Ok(outcome)
 }
 
 /// `f / w` at the receiver's nodes, of mean 1.

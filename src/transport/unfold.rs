@@ -10,6 +10,7 @@ use crate::{
     bench::Bench,
     forward::{self, land},
     light::Incidence,
+    solver::{Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec2;
@@ -37,15 +38,20 @@ const BEYOND: f64 = 5.0;
 const STEP: f64 = 1e-6;
 
 /// The face without the folds in these of its `beams`, given by row and column.
+///
+/// # Errors
+/// A solve that was cancelled.
 pub(super) fn unfold(
     surface: &HeightField,
     bench: &Bench,
     beams: (usize, usize),
     folds: &[(usize, usize)],
-) -> HeightField {
+    progress: &dyn Progress,
+) -> Result<HeightField, SolveError> {
     let mut patch = Patch::around(surface, bench, beams, folds);
     let mut weight = WEIGHT;
     for step in 1..=STEPS {
+        progress.check()?;
         if !patch.improve(weight) {
             break;
         }
@@ -53,7 +59,7 @@ pub(super) fn unfold(
             weight *= GROWTH;
         }
     }
-    surface.with_heights(patch.spline.heights_mm())
+    Ok(surface.with_heights(patch.spline.heights_mm()))
 }
 
 fn twice_area([a, b, c]: [DVec2; 3]) -> f64 {
@@ -277,6 +283,7 @@ mod tests {
         bench::ExitFace,
         forward::{Caustic, Geometry},
         grid::{Extent, Field, Outline},
+        solver::Silent,
     };
 
     const SIDE: f64 = 20.0;
@@ -306,7 +313,7 @@ mod tests {
             let (surface, bench) = dented(outline, &dents);
             let before = seen(&surface, &bench);
             assert!(before.folded > 1e-4 && before.folds.len() > 10, "{}", before.folded);
-            let after = unfold(&surface, &bench, BEAMS, &before.folds);
+            let after = unfold(&surface, &bench, BEAMS, &before.folds, &Silent).unwrap();
             assert_eq!(seen(&after, &bench).folds, [], "{outline:?}");
             let (old, new) = (SurfaceSpline::through(&surface), SurfaceSpline::through(&after));
             let patch = Patch::around(&surface, &bench, BEAMS, &[]);

@@ -11,7 +11,7 @@ use crate::{
     optim::{Level, Options, Summary, Termination, minimise},
     solver::{Progress, SolveError},
 };
-use std::time::Instant;
+use std::ops::ControlFlow;
 
 /// How the two terms of (14) are weighed against each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,7 +80,7 @@ impl Run<'_> {
         depth_mm: &Field<f64>,
         iteration_limit: usize,
     ) -> Result<(), SolveError> {
-        let started = Instant::now();
+        let started = self.progress.clock();
         let (nx, ny) = mesh.vertices();
         let failed = |why: String| SolveError::Failed { solver: self.solver, nx, ny, why };
         let weight = self.weight.weight_mm2(self.bench, (nx - 1, ny - 1));
@@ -90,8 +90,14 @@ impl Run<'_> {
         let cell = self.bench.block().node_spacing(nx, ny).min_element();
         let options = Options { iteration_limit, first_move: Some(FIRST_MOVE * cell), ..Options::default() };
         self.progress.begin(&format!("{stage}, {nx} x {ny}"), iteration_limit);
-        let outcome = minimise(&mut objective, &mut mesh.coordinates, &options, |done, _| self.progress.advance(done))
+        let progress = self.progress;
+        let watch = |done: usize| {
+            progress.advance(done);
+            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let outcome = minimise(&mut objective, &mut mesh.coordinates, &options, |done, _| watch(done))
             .map_err(|error| failed(error.to_string()))?;
+        progress.check()?;
         if !outcome.objective.is_finite() {
             return Err(failed(format!("the objective is {}", outcome.objective)));
         }
@@ -102,7 +108,7 @@ impl Run<'_> {
             ny,
             termination: outcome.termination,
             iterations: outcome.iterations,
-            elapsed: started.elapsed(),
+            elapsed: progress.clock().saturating_sub(started),
         });
         Ok(())
     }
