@@ -2,7 +2,10 @@
 
 mod common;
 
-use common::workshop::{FINE, REFUSED, Workshop};
+use common::{
+    measured::prints_within_tenth_of,
+    workshop::{FINE, REFUSED, Workshop},
+};
 use image::{GrayImage, Luma};
 use std::fs;
 
@@ -15,22 +18,25 @@ fn any_bench_is_designed_judged_and_made_again_from_its_side_file() {
     fs::write(workshop.path("lamp.ies"), lamp).unwrap();
     // Brighter on one side.
     GrayImage::from_fn(16, 16, |x, _| Luma([120 + 8 * x as u8])).save(workshop.path("beam.png")).unwrap();
-    for (name, flags) in [
-        ("mirror", "--mirror --tilt 30deg"),
-        ("side", "--tilt 25deg,90deg --material pmma --wavelength 532nm"),
-        ("lamp", "--source-distance 200mm --emission lamp.ies"),
-        ("torch", "--source-distance 15cm --emission gaussian:20deg --tilt 10deg,180deg"),
-        ("leaning", "--receiver-tilt 20deg,270deg"),
-        ("leaning-lamp", "--receiver-tilt 15deg --light point --shift 5mm,-3mm"),
-        ("mirror-lamp", "--mirror --source-distance 120mm --emission lambertian --tilt 15deg"),
-        ("beam", "--beam beam.png --tilt 10deg"),
-        ("shifted", "--shift 10mm,0mm --window 60mm"),
+    // Relative RMS errors as the verifier measured them.
+    for (name, flags, measured) in [
+        ("mirror", "--mirror --tilt 30deg", 0.0001),
+        ("side", "--tilt 25deg,90deg --material pmma --wavelength 532nm", 0.0005),
+        ("lamp", "--source-distance 200mm --emission lamp.ies", 0.0),
+        ("torch", "--source-distance 15cm --emission gaussian:20deg --tilt 10deg,180deg", 0.0002),
+        ("leaning", "--receiver-tilt 20deg,270deg", 0.0001),
+        ("leaning-lamp", "--receiver-tilt 15deg --light point --shift 5mm,-3mm", 0.0),
+        ("mirror-lamp", "--mirror --source-distance 120mm --emission lambertian --tilt 15deg", 0.0),
+        ("beam", "--beam beam.png --tilt 10deg", 0.0002),
+        ("shifted", "--shift 10mm,0mm --window 60mm", 0.0001),
     ] {
         let made =
-            workshop.run(&format!("design picture.png {COMMON} {flags} --no-report --max-error 0.06 -o {name}.stl"));
+            workshop.run(&format!("design picture.png {COMMON} {flags} --no-report -o {name}.stl"));
         assert_eq!(made.code, FINE, "{name}: {}{}", made.out, made.err);
-        let judged = workshop.run(&format!("verify {name}.stl --photons 200000 --max-error 0.06"));
+        let judged = workshop.run(&format!("verify {name}.stl --photons 200000"));
         assert_eq!(judged.code, FINE, "{name}: {}{}", judged.out, judged.err);
+        let error = judged.out.lines().find_map(|line| line.trim().strip_prefix("relative RMS")).unwrap();
+        prints_within_tenth_of(measured, error.trim().parse().unwrap(), name);
         let again = workshop.run(&format!("design {name}.toml --no-report --no-verify -o {name}-again.stl"));
         assert_eq!(again.code, FINE, "{name}: {}", again.err);
         let read = |file: &str| fs::read(workshop.path(file)).unwrap();

@@ -77,6 +77,24 @@ impl Lamp {
     /// # Errors
     /// A half angle out of range, an IES file that cannot be read.
     pub(crate) fn open(emission: &Emission) -> Result<Self, Failure> {
+        let lamp = Self::read(emission)?;
+        if let (Self::Measured(lamp), Emission::Ies(path)) = (&lamp, emission)
+            && lamp.asymmetry() > 0.05
+        {
+            console::warn(format_args!(
+                "the planes of {} differ by up to {:.0} % of the peak; their mean is used, as for a lamp without a top",
+                path.display(),
+                100.0 * lamp.asymmetry()
+            ));
+        }
+        Ok(lamp)
+    }
+
+    /// The same without a word on a lamp that is not round.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open).
+    pub(crate) fn read(emission: &Emission) -> Result<Self, Failure> {
         match emission {
             Emission::Isotropic => Ok(Self::Isotropic),
             Emission::Lambertian => Ok(Self::Lambertian),
@@ -87,18 +105,10 @@ impl Lamp {
             Emission::Ies(path) => {
                 let bytes = std::fs::read(path).map_err(|source| Failure::reading(path, source))?;
                 let read = Photometry::parse_ies(&String::from_utf8_lossy(&bytes));
-                let lamp = read.map_err(|error| Failure::Io {
+                read.map(Self::Measured).map_err(|error| Failure::Io {
                     what: format!("{} is no photometry that can be used", path.display()),
                     source: error.into(),
-                })?;
-                if lamp.asymmetry() > 0.05 {
-                    console::warn(format_args!(
-                        "the planes of {} differ by up to {:.0} % of the peak; their mean is used, as for a lamp without a top",
-                        path.display(),
-                        100.0 * lamp.asymmetry()
-                    ));
-                }
-                Ok(Self::Measured(lamp))
+                })
             }
         }
     }

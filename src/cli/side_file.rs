@@ -1,5 +1,7 @@
 //! The file that lies beside every set of outputs, so that nobody has to remember how a block was meant.
 
+mod numbers;
+
 use super::{
     conflicts,
     error::Failure,
@@ -377,9 +379,11 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(source) = bench.source_mm {
         line(format_args!("source-mm = {source:?} # the lamp"))?;
     }
+    numbers::emission(&mut line, settings)?;
     line(format_args!("ior = {:?}", bench.ior))?;
     line(format_args!("width-mm = {:?} # along x", bench.width_mm))?;
     line(format_args!("height-mm = {:?} # along y", bench.height_mm))?;
+    numbers::face(&mut line, record.solid)?;
     line(format_args!(
         "entry-z-mm = {:?} # the planar face; the mean plane of the exit face is z = 0",
         bench.entry_z_mm
@@ -406,6 +410,7 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     }
     line(format_args!("\n[picture]"))?;
     line(format_args!("sha256 = \"{}\"", hash_of(record.picture)?))?;
+    numbers::beam(&mut line, settings)?;
     line(format_args!("\n[files] # sha256"))?;
     for (output, hash) in record.outputs {
         line(format_args!("{} = \"{hash}\"", quoted(&file_name(output))))?;

@@ -7,6 +7,7 @@
 // Every test binary uses its own part of this.
 #![allow(dead_code)]
 
+pub(crate) mod measured;
 pub(crate) mod workshop;
 
 use std::{

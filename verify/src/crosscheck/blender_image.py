@@ -8,19 +8,20 @@ receiver = rectangle("receiver", -2 * REACH, -2 * REACH, 2 * REACH, 2 * REACH, D
 receiver.data.materials.append(material("white", "ShaderNodeBsdfDiffuse", Color=(1, 1, 1, 1))[0])
 receiver.cycles.is_caustics_receiver = True
 
-# A black plate with a hole of the block's outline: no light passes beside the block.
+# A black plate with a hole of the block's outline, close to the entry face: no light passes beside the block or comes by its walls.
 black = material("black", "ShaderNodeBsdfDiffuse", Color=(0, 0, 0, 1))[0]
 (x0, y0), (x1, y1) = BLOCK_FROM, BLOCK_TO
 for bar in [(-REACH, -REACH, x0, REACH), (x1, -REACH, REACH, REACH), (x0, -REACH, x1, y0), (x0, y1, x1, REACH)]:
-    rectangle("plate", *bar, ENTRY_Z - 1).data.materials.append(black)
+    rectangle("plate", *bar, ENTRY_Z - 0.05).data.materials.append(black)
 
-# A sun would bring no light by this method: a point so far away that its light is parallel, with irradiance pi.
-far = UNIT * 1e6
+# A sun would bring no light by this method: a point so far away that its light is parallel. Irradiance is pi at the block.
+middle = mathutils.Vector(((x0 + x1) / 2, (y0 + y1) / 2, ENTRY_Z))
+place = mathutils.Vector(LIGHT_SOURCE) if AT_SOURCE else middle - 1e6 * mathutils.Vector(LIGHT_DIRECTION)
 light = bpy.data.lights.new("light", "POINT")
-light.energy = 4 * math.pi**2 * far**2
+light.energy = 4 * math.pi**2 * (UNIT * (place - middle).length) ** 2
 light.shadow_soft_size = 0
 light.cycles.is_caustics_light = True
-add("light", light).location = (UNIT * (x0 + x1) / 2, UNIT * (y0 + y1) / 2, -far)
+add("light", light).location = UNIT * place
 
 camera(*WINDOW_FROM, *WINDOW_TO, (TOP_Z + DISTANCE) / 2)
 run = int(sys.argv[-1]) if sys.argv[-1].isdigit() else 1

@@ -6,8 +6,8 @@
 //! - **Map**: camera rays *are* light rays. In parallel light an orthographic camera behind the block looks along it, at a point
 //!   source a perspective camera stands in its place, and a mirror is looked at from in front. They see a receiver whose
 //!   colour encodes the position: every pixel is the landing point of one ray, without noise. See [`Study::compare_map`].
-//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs, for straight light
-//!   through glass. See [`Study::compare_image`].
+//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs, for light through
+//!   glass onto a receiver across the axis. See [`Study::compare_image`].
 //!
 //! Like is compared with like: renderers interpolate vertex normals over flat triangles, so the verifier does too
 //! ([`Surface::Smooth`]), with the same normals. The distance to the spline surface is stated besides.
@@ -28,8 +28,9 @@ use crate::{
     beams::{MOST_BEAMS, beams},
     block::Block,
     film::Image,
+    light::{Emission, Light},
     mesh::Mesh,
-    scene::{Fresnel, Geometry, Scene, SceneError, Surface},
+    scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface},
     trace::{End, Tracer},
 };
 use glam::{DVec2, DVec3};
@@ -191,14 +192,9 @@ impl<'a> Study<'a> {
     /// Writes the scene of image mode into `folder`; `ours` is [`Study::image`].
     ///
     /// # Errors
-    /// Whatever the file system refuses, and light that is not straight: renderers' own light is set up for that only.
+    /// Whatever the file system refuses, and a bench that renderers' own light is not set up for.
     pub fn write_image(&self, renderer: Renderer, folder: &Path, ours: &Image) -> Result<Job, CrosscheckError> {
-        if !self.scene.is_straight() {
-            return Err(SceneError::Needs(
-                "image mode is for light straight along +z through glass; look at the map (--mode map)",
-            )
-            .into());
-        }
+        self.check_image(renderer)?;
         let shaded = ShadedMesh::new(self.mesh, self.block);
         let job = match Script::of(renderer) {
             None => {
@@ -212,6 +208,27 @@ impl<'a> Study<'a> {
         };
         self.write(&job, &shaded)?;
         Ok(job)
+    }
+
+    /// Refuses benches of which a renderer would draw another caustic.
+    fn check_image(&self, renderer: Renderer) -> Result<(), SceneError> {
+        let Scene { optics, light, profile, receiver_turned, .. } = &self.scene;
+        let even = match light {
+            Light::Parallel { .. } => true,
+            Light::Point { emission, .. } => *emission == Emission::Isotropic,
+        };
+        let own = matches!(renderer, Renderer::PovRay | Renderer::Blender);
+        Err(SceneError::Needs(if *optics == Optics::Reflects {
+            "image mode is for glass, and this block is a mirror: look at the map (--mode map)"
+        } else if *receiver_turned != DVec3::ZERO {
+            "image mode is for a receiver across the axis, and this one leans: look at the map (--mode map)"
+        } else if profile.is_some() || !even {
+            "image mode is for parallel light and for sources that shine the same in all directions: look at the map (--mode map)"
+        } else if !own && !self.scene.is_straight() {
+            "image mode of Mitsuba and LuxCore is for light straight along +z: take POV-Ray or Blender, or look at the map (--mode map)"
+        } else {
+            return Ok(());
+        }))
     }
 
     fn write(&self, job: &Job, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {

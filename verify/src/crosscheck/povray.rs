@@ -4,7 +4,7 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
-    view::{View, receiver},
+    view::{View, light, receiver},
 };
 use crate::scene::Optics;
 use glam::{DVec2, DVec3, Vec3};
@@ -107,6 +107,11 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
             Code::Irradiance { exposure, .. } => {
                 pair("Window_From", corners[0])?;
                 pair("Window_To", corners[1])?;
+                let (source, direction) = light(scene);
+                let mut triple = |name: &str, v: DVec3| writeln!(out, "#declare {name} = <{}, {}, {}>;", v.x, v.y, v.z);
+                triple("Light_Direction", direction)?;
+                triple("Light_Source", source.unwrap_or_default())?;
+                writeln!(out, "#declare At_Source = {};", i32::from(source.is_some()))?;
                 writeln!(out, "#declare Light = {exposure};")?;
                 writeln!(out, "#declare First_Spacing = {};", block.size_mm().max_element() / PHOTONS_ACROSS)?;
             }

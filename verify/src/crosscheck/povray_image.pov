@@ -19,10 +19,15 @@ camera {
 
 #declare Middle = <(Block_From.x + Block_To.x) / 2, (Block_From.y + Block_To.y) / 2, 0>;
 light_source {
-  Middle - <0, 0, 10000>
+#if (At_Source)
+  Light_Source
+  color rgb Light
+#else
+  Middle - 10000 * Light_Direction
   color rgb Light
   parallel
   point_at Middle
+#end
   photons { refraction on reflection off }
 }
 
@@ -35,10 +40,11 @@ object {
   photons { target refraction on reflection off collect off }
 }
 
-// A black plate with a hole of the block's outline: no light passes beside the block.
+// A black plate with a hole of the block's outline, close to the entry face and thin: no light passes beside the block or comes
+// by its walls, however oblique it is.
 #macro Bar(From, To) box { From, To pigment { rgb 0 } finish { ambient 0 diffuse 0 } photons { pass_through off collect off } } #end
-#declare Z0 = Entry_Z - 2;
-#declare Z1 = Entry_Z - 1;
+#declare Z0 = Entry_Z - 0.02;
+#declare Z1 = Entry_Z - 0.01;
 Bar(<-Reach, -Reach, Z0>, <Block_From.x, Reach, Z1>)
 Bar(<Block_To.x, -Reach, Z0>, <Reach, Reach, Z1>)
 Bar(<Block_From.x, -Reach, Z0>, <Block_To.x, Block_From.y, Z1>)

@@ -4,7 +4,7 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
-    view::{View, receiver},
+    view::{View, light, receiver},
 };
 use crate::scene::Optics;
 use glam::{DVec2, DVec3, Vec3};
@@ -121,6 +121,7 @@ impl Script {
             let mut pair = |name: &str, v: DVec2| writeln!(out, "{name} = ({}, {})", v.x, v.y);
             pair("BLOCK_FROM", block.lower)?;
             pair("BLOCK_TO", block.upper)?;
+            let truth = |yes: bool| if yes { "True" } else { "False" };
             match job.code {
                 Code::Landings([from, to]) => {
                     pair("LANDED_FROM", from)?;
@@ -136,13 +137,17 @@ impl Script {
                     triple("RECEIVER_X", axes.x_axis)?;
                     triple("RECEIVER_Y", axes.y_axis)?;
                     triple("RECEIVER_Z", axes.z_axis)?;
-                    let truth = |yes: bool| if yes { "True" } else { "False" };
                     writeln!(out, "AT_SOURCE = {}", truth(view.source.is_some()))?;
                     writeln!(out, "MIRROR = {}", truth(scene.optics == Optics::Reflects))?;
                 }
                 Code::Irradiance { .. } => {
                     pair("WINDOW_FROM", corners[0])?;
                     pair("WINDOW_TO", corners[1])?;
+                    let (source, direction) = light(scene);
+                    let mut triple = |name: &str, v: DVec3| writeln!(out, "{name} = ({}, {}, {})", v.x, v.y, v.z);
+                    triple("LIGHT_DIRECTION", direction)?;
+                    triple("LIGHT_SOURCE", source.unwrap_or_default())?;
+                    writeln!(out, "AT_SOURCE = {}", truth(source.is_some()))?;
                     writeln!(out, "SAMPLES = {}", self.samples)?;
                 }
             }

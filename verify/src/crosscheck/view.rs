@@ -32,10 +32,7 @@ impl View {
             Optics::Reflects => 0.0,
         };
         let middle = (0.5 * (block.lower + block.upper)).extend(plane_mm);
-        let (source, looks) = match scene.light {
-            Light::Parallel { direction } => (None, direction.normalize()),
-            Light::Point { position_mm, .. } => (Some(position_mm), DVec3::new(0.0, 0.0, scene.sense())),
-        };
+        let (source, looks) = light(scene);
         let up = (DVec3::Y - looks.y * looks).normalize();
         let right = looks.cross(up);
         let half = [DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)]
@@ -63,6 +60,14 @@ impl View {
         let lean = 0.5 * (self.right.z.abs() + self.up.z.abs());
         let before = if self.looks.z > 0.0 { 10.0 } else { 1.0 };
         self.centre - self.looks * ((highest + lean + before) / self.looks.z.abs())
+    }
+}
+
+/// The source of the light, if it has one, and the unit vector along which parallel light travels, or the bench's axis.
+pub(super) fn light(scene: &Scene) -> (Option<DVec3>, DVec3) {
+    match scene.light {
+        Light::Parallel { direction } => (None, direction.normalize()),
+        Light::Point { position_mm, .. } => (Some(position_mm), DVec3::new(0.0, 0.0, scene.sense())),
     }
 }
 
