@@ -5,7 +5,7 @@ use super::{
 };
 use glasswarp::materials::{self, D_LINE_NM, Material};
 use glasswarp_verify::{
-    Scene,
+    Optics, Scene,
     dispersion::{Dispersed, Fringing, LINES_NM, disperse},
     picture,
 };
@@ -81,6 +81,11 @@ pub(crate) fn look(
     let Subject::Block(block) = subject else {
         return Err(Failure::Usage("--white looks at blocks; this is another solid".into()));
     };
+    if scene.optics == Optics::Reflects {
+        return Err(Failure::Usage(
+            "--white: a mirror reflects all colours alike, there is no dispersion to look at".into(),
+        ));
+    }
     let material = settings.and_then(|settings| settings.material.as_deref()).and_then(materials::by_name);
     let material = material.ok_or_else(|| {
         Failure::Usage(

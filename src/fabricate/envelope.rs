@@ -40,8 +40,17 @@ impl Milled {
         if surface.contour().is_rectangle() {
             return Rows::along(surface, pass)?.milled();
         }
-        let left = Rows::along(&surface.sheet(), pass)?.milled()?;
-        Ok(Self { surface: surface.with_heights(left.surface.into_heights_mm()), slopes: left.slopes })
+        let sheet = surface.sheet();
+        let (mut heights, mut slopes) = Rows::along(&sheet, pass)?.cut()?;
+        let (extent, contour, (nx, ny)) = (surface.extent(), surface.contour(), (heights.nx(), heights.ny()));
+        let nodes = heights.as_mut_slice().par_iter_mut().zip(slopes.as_mut_slice()).enumerate();
+        // Towards the corners of the sheet the face may fall off more steeply than a cutter comes down to it; they are cut away.
+        nodes.filter(|(_, (z, _))| !z.is_finite()).for_each(|(k, (z, slope))| {
+            if !contour.contains(extent.node(k % nx, k / nx, nx, ny)) {
+                (*z, *slope) = (f64::NAN, DVec2::ZERO);
+            }
+        });
+        Ok(Self { surface: surface.with_heights(heights), slopes })
     }
 }
 
@@ -51,12 +60,17 @@ impl Rows<'_> {
     /// # Errors
     /// [`PassError::TooFine`] where these would be too many.
     pub fn milled(&self) -> Result<Milled, PassError> {
+        let (heights, slopes) = self.cut()?;
+        Ok(Milled { surface: self.surface.with_heights(heights), slopes })
+    }
+
+    /// Heights and slopes of that face.
+    fn cut(&self) -> Result<(Field<f64>, Field<DVec2>), PassError> {
         let (nx, ny) = self.nodes();
         if nx.saturating_mul(ny) > Pass::MOST_NODES {
             return Err(PassError::TooFine { step_over_mm: self.pass.step_over_mm, nx, ny });
         }
-        let (heights, slopes) = self.left(nx, ny);
-        Ok(Milled { surface: self.surface.with_heights(heights), slopes })
+        Ok(self.left(nx, ny))
     }
 
     /// Nodes that resolve the scallops, and twice as many as the design has, between which slopes are nearly linear.
