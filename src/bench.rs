@@ -336,13 +336,13 @@ impl Bench {
         self.light = Light::Point { position_mm, thickness_mm, intensity };
         // The angle is greatest at a corner.
         let light = Incidence::of(&self);
-        let worst = (0..4)
-            .map(|k| {
-                let at_mm = self.block.node(k % 2, k / 2, 2, 2);
-                let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
-                (at_mm, (inside * self.exit_face.ior()).asin().to_degrees())
-            })
-            .fold((DVec2::ZERO, 0.0), |worst, corner| if corner.1 > worst.1 { corner } else { worst });
+        let corners = (0..4).map(|k| {
+            let at_mm = self.block.node(k % 2, k / 2, 2, 2);
+            let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
+            // Where no light arrives this is not a number, and rounding may leave it above 1: both are no more than grazing.
+            (at_mm, (inside * self.exit_face.ior()).min(1.0).asin().to_degrees())
+        });
+        let worst = corners.fold((DVec2::ZERO, 0.0), |worst, corner| if corner.1 > worst.1 { corner } else { worst });
         if worst.1 > Self::GREATEST_INCIDENCE_DEG {
             return Err(BenchError::Grazing { at_mm: worst.0, angle_deg: worst.1 });
         }

@@ -75,12 +75,13 @@ pub const GREATEST_NODES: usize = 8193;
 pub fn node_grid(block: Extent, across: usize) -> Result<(usize, usize), DesignError> {
     let cells = across.saturating_sub(1) as f64 * block.height_mm / block.width_mm;
     let (nx, ny) = (across, 1 + cells.round().min(1e9) as usize);
+    check_nodes((nx, ny))?;
+    Ok((nx, ny))
+}
+
+fn check_nodes((nx, ny): (usize, usize)) -> Result<(), DesignError> {
     let limits = LEAST_NODES..=GREATEST_NODES;
-    if limits.contains(&nx) && limits.contains(&ny) {
-        Ok((nx, ny))
-    } else {
-        Err(DesignError::Nodes { nodes: across, nx, ny })
-    }
+    if limits.contains(&nx) && limits.contains(&ny) { Ok(()) } else { Err(DesignError::Nodes { nodes: nx, nx, ny }) }
 }
 
 /// Height nodes across a block of this outline on whose face there are as many as on that of a rectangle with `across`, so that the
@@ -98,7 +99,8 @@ pub fn default_nodes(pixels: usize) -> usize {
 /// Solves for the exit face and closes the solid under it.
 ///
 /// # Errors
-/// A picture that physics forbids on this bench, a relief that the stock does not hold.
+/// A number of nodes out of range along either side, a stock that cannot be, a picture that physics forbids on this bench, a
+/// relief that the stock does not hold.
 pub fn design(
     target: &TargetIrradiance,
     bench: &Bench,
@@ -122,6 +124,8 @@ pub fn design_shaped(
     (stock, shape): (Stock, Shape),
     progress: &dyn Progress,
 ) -> Result<Block, DesignError> {
+    check_nodes(nodes)?;
+    stock.check().and_then(|()| shape.check(bench.block()))?;
     let span = tracing::info_span!("solve", nx = nodes.0, ny = nodes.1);
     let solution = span.in_scope(|| solver.solve(target, bench, nodes, progress))?;
     let _span = tracing::info_span!("close the solid").entered();

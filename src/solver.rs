@@ -128,3 +128,15 @@ pub trait Solver {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError>;
 }
+
+/// Nodes along a side that solvers take.
+const NODES: std::ops::RangeInclusive<usize> = 5..=16_385;
+
+/// Refuses grids that hold no picture, or whose indices nobody has tried.
+pub(crate) fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Result<(), SolveError> {
+    if NODES.contains(&nx) && NODES.contains(&ny) {
+        return Ok(());
+    }
+    let what = format!("height fields of {nx} x {ny} nodes (both must lie between {} and {})", NODES.start(), NODES.end());
+    Err(SolveError::Unsupported { solver, what })
+}

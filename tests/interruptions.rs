@@ -45,7 +45,9 @@ fn contents(folder: &Path) -> (Files, Vec<String>) {
     let (mut files, mut hidden) = (BTreeMap::new(), Vec::new());
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
         let name = entry.file_name().into_string().unwrap();
-        if name.starts_with('.') {
+        if name == glasswarp_files::NAME {
+            continue;
+        } else if name.starts_with('.') {
             hidden.push(name);
         } else {
             let mut bytes = fs::read(entry.path()).unwrap();
@@ -73,11 +75,15 @@ fn before_and_after() -> (Files, Files, Duration) {
     (older, new, took)
 }
 
+/// Puts files into a folder, as an earlier run would have: they may be renewed.
 fn furnish(folder: &Path, files: &Files) {
+    let mut record = String::new();
     for (name, bytes) in files {
         let whole: &[u8] = if name.ends_with(".html") { b"</html>" } else { bytes };
         fs::write(folder.join(name), whole).unwrap();
+        record += &format!("{}  {name}\n", glasswarp_files::sha256(&folder.join(name)).unwrap());
     }
+    fs::write(folder.join(glasswarp_files::NAME), record).unwrap();
 }
 
 /// Ends runs at moments that are spread over their time, and looks at what they leave; then at what the next run makes of it.

@@ -6,6 +6,7 @@ use super::{
     error::Failure,
     json, judge,
     length::Length,
+    outputs,
     plan::Plan,
     progress::TerminalProgress,
     settings::Settings,
@@ -17,7 +18,6 @@ use anstyle::AnsiColor;
 use glam::{DVec2, DVec3};
 use glasswarp::{
     bench::{Bench, ExitFace},
-    export,
     fabricate::{Cutter, Pass, Scallop, Shape},
     grid::Extent,
     report::{self, Captioned},
@@ -105,8 +105,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         if !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
             return Err(Failure::Usage(format!("{}: pictures of a check are written as .png", output.display())));
         }
-        export::probe(output).map_err(Failure::writing)?;
     }
+    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    outputs::plan(inputs.iter().map(PathBuf::as_path), args.output.clone())?;
     args.tolerance.check()?;
     let polish = Polish::new(args.polish.mm).map_err(Failure::refused)?;
     let subject = Subject::open(args)?;

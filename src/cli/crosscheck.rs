@@ -4,12 +4,13 @@ use super::{
     bench::{exit_face_in_words, exit_face_of, scene_of},
     console::{self, say, say_part},
     diagnosis,
-    error::Failure,
+    error::{Failure, error_limit},
     json,
     judge::open_block,
     length::Length,
+    outputs,
     progress::TerminalProgress,
-    side_file::SideFile,
+    side_file::{self, SideFile},
 };
 use clap::ValueEnum;
 use glam::DVec2;
@@ -69,7 +70,7 @@ pub(crate) struct CrosscheckArgs {
 
     /// Fail (exit code 3) if the difference exceeds this: in map mode the rms distance in mm, or one ray in a thousand
     /// landing by one of both only; in image mode the relative RMS at a quarter of the pixels, with the noise of one run
-    #[arg(long, value_name = "DIFFERENCE")]
+    #[arg(long, value_name = "DIFFERENCE", conflicts_with = "write_only", value_parser = error_limit)]
     max_difference: Option<f64>,
 }
 
@@ -112,6 +113,14 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         .scene
         .clone()
         .unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", super::settings::name_of(args.with))));
+    let mut written = renderer.files(args.mode == Mode::Image);
+    if args.mode == Mode::Image {
+        written.extend(IMAGES.iter().flat_map(|name| ["exr", "png"].map(|extension| format!("{name}.{extension}"))));
+    }
+    // A folder that is not there yet holds nothing that could be replaced, and is made with the scene.
+    let written = written.iter().filter(|_| folder.is_dir()).map(|name| folder.join(name));
+    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    outputs::plan(inputs.iter().chain([&folder]).map(PathBuf::as_path), written)?;
     let mut scene = scene_of(&side.bench, &side.design)?;
     scene.distance_mm = args.distance.map_or(scene.distance_mm, |length| length.mm);
     if let (Some(ior), Optics::Refracts { .. }) = (args.ior, scene.optics) {
@@ -255,7 +264,10 @@ fn print_image(agreement: &ImageAgreement) {
 }
 
 fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Failure> {
-    let (Some(limit), Some(level)) = (limit, agreement.levels.get(1)) else { return Ok(()) };
+    let Some(limit) = limit else { return Ok(()) };
+    let level = agreement.levels.get(1).ok_or_else(|| {
+        Failure::Usage("there are too few pixels to compare (--max-difference): take more --pixels".into())
+    })?;
     if level.rel_rms.is_nan() || level.rel_rms > limit {
         return Err(Failure::FellShort(format!(
             "the caustics differ by {:.4} (relative RMS at {} pixels), above the limit of {limit} (--max-difference)",
@@ -265,10 +277,13 @@ fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Fa
     Ok(())
 }
 
+/// The caustics that image mode compares.
+const IMAGES: [&str; 2] = ["verifier", "renderer"];
+
 /// Writes both caustics beside the scene, in the same scale.
 fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failure> {
     let white = ours.values.iter().copied().fold(0.0, f64::max);
-    for (name, image) in [("verifier", ours), ("renderer", theirs)] {
+    for (name, image) in IMAGES.into_iter().zip([ours, theirs]) {
         let exr = picture::write_exr(&folder.join(format!("{name}.exr")), image);
         let png = exr.and_then(|()| picture::write_png(&folder.join(format!("{name}.png")), image, white));
         png.map_err(Failure::writing)?;
@@ -278,8 +293,10 @@ fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failu
 
 fn failed(error: CrosscheckError) -> Failure {
     match error {
-        CrosscheckError::Scene(_) | CrosscheckError::NoMap(_) | CrosscheckError::Dark => Failure::refused(error),
-        CrosscheckError::Write { .. } => Failure::writing(error),
+        CrosscheckError::Scene(_) | CrosscheckError::NoMap(_) | CrosscheckError::Dark | CrosscheckError::Owned(_) => {
+            Failure::refused(error)
+        }
+        CrosscheckError::Write(_) => Failure::writing(error),
         CrosscheckError::NotInstalled { .. } | CrosscheckError::Failed { .. } | CrosscheckError::Picture { .. } => {
             Failure::Io { what: "the renderer gave no picture".into(), source: error.into() }
         }

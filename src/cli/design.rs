@@ -4,20 +4,21 @@ use super::{
     bench::{exit_face_in_words, light_in_words, receiver_in_words},
     budget,
     console::{self, say},
-    error::Failure,
+    error::{Failure, error_limit},
     files::{self, Files},
     finish::Finished,
     imperfect::Seen,
     json, memory,
     opinion::{Opinion, draw_weakness},
+    outputs,
     page::{self, DesignPage, Portrait},
     plan::Plan,
     progress::TerminalProgress,
     settings::{Settings, name_of},
-    side_file, toml_file,
+    toml_file,
 };
 use glasswarp::{
-    export::{self, Format, HeightMapFormat},
+    export::{Format, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
     pipeline::Block,
@@ -54,7 +55,7 @@ pub(crate) struct DesignArgs {
     settings: Settings,
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
-    #[arg(long, value_name = "ERROR")]
+    #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit)]
     max_error: Option<f64>,
 
     /// Take more memory than this machine has free, if it must be
@@ -85,9 +86,8 @@ impl DesignArgs {
 }
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
-    let (plan, outputs) = plan(args)?;
+    let Task { plan, outputs, report } = task(args)?;
     let expected = memory::check(&plan, &outputs, args)?;
-    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
@@ -150,11 +150,13 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         imperfect: opinion.as_ref().and_then(|opinion| opinion.seen.as_ref()).map(Seen::to_json),
         expected_memory: expected.0,
     })));
-    opinion.map_or(Ok(()), |opinion| match (&opinion.seen, &opinion.finished) {
+    let Some(Opinion { seen, finished, judgement, .. }) = opinion else { return Ok(()) };
+    judgement.demand_agreement()?;
+    match (seen, finished) {
         (Some(seen), _) => seen.demand(args.max_error),
         (None, Some(finished)) => finished.demand(args.max_error),
-        (None, None) => opinion.judgement.demand(args.max_error),
-    })
+        (None, None) => judgement.demand(args.max_error),
+    }
 }
 
 fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
@@ -171,7 +173,14 @@ fn levels_at_limit(block: &Block) -> usize {
     block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
 }
 
-fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
+/// What is to be done.
+struct Task {
+    plan: Plan,
+    outputs: Vec<PathBuf>,
+    report: Option<PathBuf>,
+}
+
+fn task(args: &DesignArgs) -> Result<Task, Failure> {
     let (settings, picture) = Settings::of(&args.picture, &args.settings)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
@@ -182,16 +191,17 @@ fn plan(args: &DesignArgs) -> Result<(Plan, Vec<PathBuf>), Failure> {
         HeightMapFormat::from_path(map).map_err(Failure::refused)?;
     }
     let outputs = [outputs, args.height_map.clone()].concat();
-    for output in &outputs {
-        export::probe(output).map_err(Failure::writing)?;
-        side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
-    }
+    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
+    let inputs = [&args.picture, &picture].map(PathBuf::as_path);
+    let derived = files::derived(&outputs, &settings, args.is_verified());
+    let written = outputs.iter().cloned().chain(derived).chain(report.clone());
+    outputs::plan(inputs.into_iter().chain(settings.files()), written)?;
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
     }
-    Ok((plan, outputs))
+    Ok(Task { plan, outputs, report })
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {

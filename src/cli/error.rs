@@ -2,6 +2,15 @@ use super::json;
 use glasswarp::export::ExportError;
 use std::{error::Error, io, path::Path};
 
+/// A limit of an error, as a person writes it: one that could hold.
+pub(crate) fn error_limit(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(limit) if limit.is_finite() && limit >= 0.0 => Ok(limit),
+        Ok(limit) => Err(format!("a limit of {limit} says nothing; it must be a number from 0 up")),
+        Err(_) => Err(format!("'{text}' is no number")),
+    }
+}
+
 /// What ends a command early. The kind decides the exit code.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum Failure {

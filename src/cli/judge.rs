@@ -7,7 +7,7 @@ use glasswarp::{
     target::{TargetIrradiance, to_picture_order},
 };
 use glasswarp_verify::{
-    Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, Scene, Surface, Tracer,
+    Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally, Scene, Surface, Tracer,
     Traversal, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Likeness, Metrics},
@@ -161,14 +161,25 @@ impl Examiner {
 
     /// The light that comes through the subject, without noise.
     pub(crate) fn look(&self, subject: &Subject, surface: Surface, geometry: Geometry) -> Result<Beams, Failure> {
+        self.look_by(subject, surface, geometry, BEAMS_PER_PIXEL)
+    }
+
+    /// The same by so many beams per pixel along each side.
+    fn look_by(
+        &self,
+        subject: &Subject,
+        surface: Surface,
+        geometry: Geometry,
+        per_pixel: usize,
+    ) -> Result<Beams, Failure> {
         let tracer = subject.tracer(&Scene { surface, geometry, traversal: Traversal::Grid, ..self.scene.clone() })?;
         Ok(match (subject, surface) {
             (Subject::Block(block), Surface::Facets) => facet_beams(&tracer, block),
-            (Subject::Block(block), _) => self.beams_through(block, &tracer, BEAMS_PER_PIXEL),
+            (Subject::Block(block), _) => self.beams_through(block, &tracer, per_pixel),
             (Subject::Solid(_), _) => {
                 // A lens gathers the light of all of its face in a few pixels.
-                let (nx, ny) = self.beams();
-                beams(&tracer, nx.max(LEAST_BEAMS), ny.max(LEAST_BEAMS))
+                let ((nx, ny), least) = (self.pixels(), LEAST_BEAMS * per_pixel / BEAMS_PER_PIXEL);
+                beams(&tracer, (per_pixel * nx).max(least), (per_pixel * ny).max(least))
             }
         })
     }
@@ -203,6 +214,8 @@ pub(crate) struct Judgement {
     pub(crate) photon_count: u64,
     /// The photons' image against that of the beams, less their noise.
     pub(crate) between: NoisyError,
+    /// Whether the photons see what the beams see.
+    pub(crate) agreement: Agreement,
     /// The comparison with the target, if there is one.
     pub(crate) verdict: Option<Verdict>,
     window_mm: DVec2,
@@ -231,6 +244,7 @@ pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -
         },
     );
     let (seen, tally) = (seen?, tally?);
+    let agreement = agreement(subject, examiner, &seen.image, &tally)?;
     let verdict = match (examiner.compare(&seen.image)?, examiner.wanted()) {
         (Some(metrics), Some(wanted)) => {
             Some(Verdict { metrics, photons: tally.error_against(wanted).map_err(Failure::refused)? })
@@ -241,13 +255,69 @@ pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -
         flux: tally.flux(),
         photon_count: tally.photons(),
         between: tally.error_against(&seen.image).map_err(Failure::refused)?,
+        agreement,
         verdict,
         caustic: seen.image,
         window_mm: examiner.scene.window.size_mm,
     })
 }
 
+/// Whether photons see what beams see. Beams have a width, which very many photons can tell: where they seem to disagree, beams
+/// of half the width say how much of it is that.
+fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &PhotonTally) -> Result<Agreement, Failure> {
+    let against = |image: &Image| tally.agreement(image, examiner.wanted()).map_err(Failure::refused);
+    let first = against(seen)?;
+    if first.standard_errors() <= DISAGREEMENT {
+        return Ok(first);
+    }
+    let surface = examiner.surface_of(subject);
+    let finer = examiner.look_by(subject, surface, Geometry::Displaced, 2 * BEAMS_PER_PIXEL)?.image;
+    let second = against(&finer)?;
+    let width = match examiner.wanted() {
+        Some(_) => (second.difference - first.difference).abs(),
+        None => metrics::rel_rms(&finer, seen).map_err(Failure::refused)?.powi(2),
+    };
+    Ok(Agreement { standard_error: second.standard_error.hypot(width), ..second })
+}
+
+/// Standard errors beyond which photons and beams do not show the same light: chance gets there once in 16 000 runs.
+const DISAGREEMENT: f64 = 4.0;
+/// Standard errors up to which they do: chance keeps to them 19 times in 20.
+const AGREEMENT: f64 = 2.0;
+
 impl Judgement {
+    /// Whether photons and beams contradict each other.
+    pub(crate) fn is_contradicted(&self) -> bool {
+        // Not a number is no agreement either.
+        !matches!(self.agreement.standard_errors(), off if off <= DISAGREEMENT)
+    }
+
+    /// What the photons say of the beams, with what chance makes of it.
+    pub(crate) fn agreement_in_words(&self) -> String {
+        let off = self.agreement.standard_errors();
+        if self.is_contradicted() {
+            format!("DISAGREE: off by {off:.1} standard errors (chance goes beyond 4 once in 16 000 times)")
+        } else if off > AGREEMENT {
+            format!(
+                "neither confirm it nor disagree: off by {off:.1} standard errors (up to 2 is expected 19 times in 20, \
+                 beyond 4 once in 16 000 times); 'glasswarp verify' with more --photons tells"
+            )
+        } else {
+            format!("agree: off by {off:.1} standard errors (up to 2 is expected 19 times in 20)")
+        }
+    }
+
+    /// Fails if photons and beams contradict each other: then no figure can be trusted.
+    pub(crate) fn demand_agreement(&self) -> Result<(), Failure> {
+        if !self.is_contradicted() {
+            return Ok(());
+        }
+        Err(Failure::FellShort(format!(
+            "photons and beams disagree about the light by {:.1} standard errors, beyond 4 of which chance goes once in 16 000 times: no figure above can be trusted",
+            self.agreement.standard_errors()
+        )))
+    }
+
     /// Fails if the error exceeds a limit that the user set.
     pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
         let Some(verdict) = &self.verdict else { return Ok(()) };
@@ -266,6 +336,7 @@ impl Judgement {
             photons: self.photon_count,
             photons_differ: json::finite(self.between.rel_rms()),
             photons_differ_error: json::finite(self.between.rel_rms_error()),
+            photons_off: json::finite(self.agreement.standard_errors()),
             light: (&self.flux).into(),
         }
     }
@@ -274,7 +345,7 @@ impl Judgement {
     pub(crate) fn print(&self) {
         let (nx, ny) = (self.caustic.nx, self.caustic.ny);
         let millions = self.photon_count as f64 / 1e6;
-        if let Some(Verdict { metrics: m, photons }) = &self.verdict {
+        if let Some(Verdict { metrics: m, .. }) = &self.verdict {
             say!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
             say!("  relative RMS   {:.4}", m.rel_rms);
             say!("  PSNR           {:.1} dB", m.psnr_db);
@@ -285,16 +356,14 @@ impl Judgement {
             }
             say!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
             say!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
-            // The photons' estimate is free of their own noise in the mean, and may be off by a few standard errors.
-            let off = (photons.mean_square - m.rel_rms * m.rel_rms) / photons.mean_square_error;
-            let verdict = if off.abs() < 5.0 { "confirm it" } else { "DISAGREE" };
-            say!("  photons        {millions:.1} million {verdict}: off by {:.1} standard errors", off.abs());
+            say!("  photons        {millions:.1} million {}", self.agreement_in_words());
         } else {
             say!("\nWhere does the light go? ({nx} x {ny} pixels)");
             say!(
-                "  photons        {millions:.1} million, image {:.4} +- {:.4} relative RMS from that of the beams",
+                "  photons        {millions:.1} million, image {:.4} +- {:.4} relative RMS from that of the beams; they {}",
                 self.between.rel_rms(),
-                self.between.rel_rms_error()
+                self.between.rel_rms_error(),
+                self.agreement_in_words()
             );
         }
         print_flux(&self.flux);

@@ -4,11 +4,11 @@ use super::{
     bench::{exit_face_in_words, scene_of},
     console::{self, say},
     cutters::{self, Wish},
-    error::Failure,
+    error::{Failure, error_limit},
     found_page::FoundPage,
     json, judge,
     length::Length,
-    page,
+    outputs, page,
     progress::TerminalProgress,
     side_file::{self, BenchRecord},
     workpiece::{View, Workpiece, look_at_scallops},
@@ -22,7 +22,10 @@ use glasswarp::{
     surface::{HeightField, Polish},
 };
 use glasswarp_verify::metrics;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::{Path, PathBuf},
+};
 
 #[derive(clap::Args)]
 pub(crate) struct MillArgs {
@@ -62,7 +65,7 @@ pub(crate) struct MillArgs {
     cutters: Option<PathBuf>,
 
     /// The relative RMS error of the picture that is wanted, after milling and polishing
-    #[arg(long, value_name = "ERROR", requires = "cutters", help_heading = "Choosing a cutter")]
+    #[arg(long, value_name = "ERROR", requires = "cutters", help_heading = "Choosing a cutter", value_parser = error_limit)]
     want_error: Option<f64>,
 
     /// Pixels across at which to judge, at most the picture's own
@@ -78,7 +81,7 @@ pub(crate) struct MillArgs {
     report: Option<PathBuf>,
 
     /// Fail (exit code 3) if the relative RMS error of the picture exceeds this in the end
-    #[arg(long, value_name = "ERROR")]
+    #[arg(long, value_name = "ERROR", value_parser = error_limit)]
     max_error: Option<f64>,
 }
 
@@ -105,11 +108,14 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     for output in &args.output {
         if !is_picture(output) {
             Format::from_path(output).map_err(Failure::refused)?;
-            side_file::may_write(&side_file::path_beside(output)).map_err(Failure::refused)?;
         }
-        export::probe(output).map_err(Failure::writing)?;
     }
     let report = page::path(args.report.as_deref(), args.report.is_none(), &args.block)?;
+    let blocks = || args.output.iter().filter(|output| !is_picture(output));
+    let side_files: BTreeSet<PathBuf> = blocks().map(|output| side_file::path_beside(output)).collect();
+    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    let lists = args.cutters.iter().chain(&inputs).map(PathBuf::as_path);
+    outputs::plan(lists, args.output.iter().cloned().chain(side_files).chain(report.clone()))?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
     if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
         return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
@@ -130,12 +136,12 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     pass.check(piece.surface.extent()).map_err(Failure::refused)?;
     let steps = work(&piece, &pass, polish)?;
     print(args, &piece, &pass, &steps);
-    for output in &args.output {
-        if is_picture(output) {
-            report::write_png(output, &sheet(&piece, &steps)).map_err(Failure::writing)?;
-        } else {
-            write_block(args, &piece, &pass, polish, &steps[steps.len() - 1], output)?;
-        }
+    for output in args.output.iter().filter(|output| is_picture(output)) {
+        report::write_png(output, &sheet(&piece, &steps)).map_err(Failure::writing)?;
+    }
+    let blocks: Vec<&Path> = blocks().map(PathBuf::as_path).collect();
+    if !blocks.is_empty() {
+        write_blocks(args, &piece, &pass, polish, &steps[steps.len() - 1], &blocks)?;
     }
     if let Some(path) = &report {
         write_report(args, &piece, &pass, &steps, path)?;
@@ -314,15 +320,15 @@ fn sheet(piece: &Workpiece, steps: &[Step]) -> image::GrayImage {
 /// A file of this many nodes has a gigabyte as STL.
 const MOST_FILE_NODES: usize = 10_000_000;
 
-/// Writes the block as it is in the end, on the nodes of the design where these hold it: after a polish that leaves nothing of the
+/// Writes the block as it is in the end, and its side files, on the nodes of the design where these hold it: after a polish that leaves nothing of the
 /// scallops.
-fn write_block(
+fn write_blocks(
     args: &MillArgs,
     piece: &Workpiece,
     pass: &Pass,
     polish: Option<Polish>,
     last: &Step,
-    output: &Path,
+    outputs: &[&Path],
 ) -> Result<(), Failure> {
     let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
     let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
@@ -342,7 +348,11 @@ fn write_block(
     let before = &piece.side.bench;
     let design =
         Design { name: format!("{name} milled"), exit_face: before.exit_face(), distance_mm: before.distance_mm };
-    export::export(output, &solid, &design).map_err(Failure::exporting)?;
+    let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
+    for output in outputs {
+        export::export(output, &solid, &design).map_err(Failure::exporting)?;
+        sets.entry(side_file::path_beside(output)).or_default().push((output, side_file::hash_of(output)?));
+    }
     let bench = BenchRecord {
         entry_z_mm: solid.entry_z_mm(),
         relief_mm: surface.relief_mm(),
@@ -357,7 +367,7 @@ fn write_block(
         pass.cutter, pass.step_over_mm, pass.direction
     );
     let settings = &piece.side.design;
-    let record = side_file::Record {
+    let record = |outputs| side_file::Record {
         picture: settings.picture.as_deref().unwrap_or(Path::new("")),
         settings,
         bench: &bench,
@@ -366,7 +376,7 @@ fn write_block(
         solid: &solid,
         height_map: None,
         done: Some(&done),
-        outputs: &[(output, side_file::hash_of(output)?)],
+        outputs,
     };
-    side_file::write(&side_file::path_beside(output), &record)
+    sets.iter().try_for_each(|(path, outputs)| side_file::write(path, &record(outputs)))
 }

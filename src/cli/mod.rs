@@ -7,6 +7,7 @@ mod angle;
 mod bench;
 mod budget;
 mod check;
+mod conflicts;
 mod console;
 mod crosscheck;
 mod cutters;
@@ -26,6 +27,7 @@ mod length;
 mod memory;
 mod mill;
 mod opinion;
+mod outputs;
 mod page;
 mod plan;
 mod presets;
@@ -79,6 +81,10 @@ struct Cli {
     /// Print one JSON document (docs/json.md) in place of text
     #[arg(long, global = true, display_order = 990)]
     json: bool,
+
+    /// Replace files that glasswarp did not write, or that were changed since; never those that the command reads
+    #[arg(long, global = true, display_order = 992)]
+    force: bool,
 
     /// Tell stages and their times on standard error; -vv and -vvv tell more
     #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 991)]
@@ -169,6 +175,7 @@ pub(crate) fn run() -> ExitCode {
         Err(error) => error.exit(),
     };
     console::open(if cli.json { Reader::Program } else { Reader::Person }, cli.verbose);
+    outputs::force(cli.force);
     // Nothing half-written stays behind: outputs are written under another name until they are whole.
     let handler = ctrlc::set_handler(|| {
         let _held = glasswarp::export::remove_unfinished();
@@ -223,15 +230,17 @@ fn manual(args: &ManArgs) -> Result<(), Failure> {
         print_text(&page(command)?);
         return Ok(());
     };
-    let mut written = Vec::new();
     let pages = std::iter::once((String::from("glasswarp"), command.clone())).chain(
         command
             .get_subcommands()
             .filter(|sub| sub.get_name() != "help")
             .map(|sub| (format!("glasswarp-{}", sub.get_name()), sub.clone().disable_help_subcommand(true))),
     );
-    for (name, command) in pages {
-        let (path, page) = (folder.join(format!("{name}.1")), page(command)?);
+    let pages: Vec<_> = pages.map(|(name, command)| (folder.join(format!("{name}.1")), command)).collect();
+    outputs::plan([], pages.iter().map(|(path, _)| path.clone()))?;
+    let mut written = Vec::new();
+    for (path, command) in pages {
+        let page = page(command)?;
         glasswarp::export::write_atomically(&path, |out| std::io::Write::write_all(out, &page))
             .map_err(Failure::writing)?;
         written.push(path.display().to_string());

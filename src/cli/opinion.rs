@@ -10,6 +10,7 @@ use super::{
     judge::{self, Examiner, Judgement},
     page::Portrait,
     plan::Plan,
+    settings::Settings,
     side_file::SideFile,
 };
 use glasswarp::{
@@ -29,6 +30,29 @@ const PHOTONS: [u64; 2] = [1 << 16, 1 << 18];
 const SPREAD_PHOTONS: u64 = 8_000_000;
 /// Pixels across at which a design is judged, at most.
 const PIXELS: usize = 1024;
+
+/// The pictures that are drawn of a design with these settings, by their names behind that of the first output.
+pub(crate) fn pictures(settings: &Settings, verified: bool) -> Vec<&'static str> {
+    if !verified {
+        return vec![WEAKNESS];
+    }
+    let finished = settings.finish.map(|_| FINISHED);
+    let spread = settings.source_size.is_some() || settings.roughness.is_some() || settings.psf.is_some();
+    ALWAYS.into_iter().chain(finished).chain(spread.then_some(SEEN)).collect()
+}
+
+/// Where a picture of a design lies.
+pub(crate) fn picture_of(output: &Path, kind: &str) -> PathBuf {
+    output.with_extension(format!("{kind}.png"))
+}
+
+/// What is drawn of every design that is judged.
+const ALWAYS: [&str; 6] = ["panel", "caustic", "difference", "budget", "contours", "drawing"];
+/// After a finish, and in light that is not perfect.
+const FINISHED: &str = "finished";
+const SEEN: &str = "seen";
+/// Of a design that is not judged.
+const WEAKNESS: &str = "weakness";
 
 /// What the verifier says of the files of a design.
 pub(crate) struct Opinion<'a> {
@@ -98,24 +122,25 @@ impl<'a> Opinion<'a> {
             ([&seen.wanted, &seen.image].map(judge::field_of), exposure, note)
         });
         type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
-        let mut pictures: Vec<(&str, Draw)> = vec![
-            ("panel", Box::new(|| report::panel(&target, &caustic, exposure, &note))),
-            ("caustic", Box::new(|| report::irradiance_picture(&caustic, exposure))),
-            ("difference", Box::new(|| report::difference_picture(&target, &caustic, exposure))),
-            ("budget", Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure))),
-            ("contours", Box::new(|| portrait.contours.sheet())),
-            ("drawing", Box::new(|| portrait.drawing.clone())),
+        let always: [Draw; ALWAYS.len()] = [
+            Box::new(|| report::panel(&target, &caustic, exposure, &note)),
+            Box::new(|| report::irradiance_picture(&caustic, exposure)),
+            Box::new(|| report::difference_picture(&target, &caustic, exposure)),
+            Box::new(|| budget::sheet(&self.steps, &self.wanted, exposure)),
+            Box::new(|| portrait.contours.sheet()),
+            Box::new(|| portrait.drawing.clone()),
         ];
+        let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
         if let Some((image, note)) = &finished {
-            pictures.push(("finished", Box::new(|| report::panel(&target, image, exposure, note))));
+            pictures.push((FINISHED, Box::new(|| report::panel(&target, image, exposure, note))));
         }
         if let Some(([wanted, image], exposure, note)) = &seen {
-            pictures.push(("seen", Box::new(|| report::panel(wanted, image, *exposure, note))));
+            pictures.push((SEEN, Box::new(|| report::panel(wanted, image, *exposure, note))));
         }
         pictures
             .par_iter()
             .map(|(kind, draw)| {
-                let path = output.with_extension(format!("{kind}.png"));
+                let path = picture_of(output, kind);
                 report::write_png(&path, &draw()).map_err(Failure::writing)?;
                 Ok(path)
             })
@@ -129,7 +154,7 @@ pub(crate) fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result
     let exposure = Exposure::of(&plan.target, plan.transfer.into());
     let wanted = plan.target.resampled(light.nx(), light.ny());
     let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);
-    let path = output.with_extension("weakness.png");
+    let path = picture_of(output, WEAKNESS);
     report::write_png(&path, &picture).map_err(Failure::writing)?;
     Ok(vec![path])
 }

@@ -29,7 +29,7 @@ use std::{
     time::Duration,
 };
 
-/// Where the report goes, if anywhere: beside the first output unless it is named. Found out before the work begins.
+/// Where the report goes, if anywhere: beside the first output unless it is named.
 pub(crate) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Option<PathBuf>, Failure> {
     if off {
         return Ok(None);
@@ -38,7 +38,6 @@ pub(crate) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Opti
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm")) {
         return Err(Failure::Usage(format!("{}: the report is a page of HTML, name it .html", path.display())));
     }
-    export::probe(&path).map_err(Failure::writing)?;
     Ok(Some(path))
 }
 
@@ -203,7 +202,6 @@ pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
     let mut rows = vec![row("Judged at", format!("{} × {} pixels of the receiver", caustic.nx, caustic.ny))];
     if let Some(verdict) = &judgement.verdict {
         let m = &verdict.metrics;
-        let off = (verdict.photons.mean_square - m.rel_rms * m.rel_rms) / verdict.photons.mean_square_error;
         rows.extend([
             row("Relative RMS error", format!("{:.4} of the mean light", m.rel_rms)),
             row("PSNR", format!("{:.1} dB", m.psnr_db)),
@@ -217,11 +215,7 @@ pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
         }
         rows.push(row(
             "Photons",
-            format!(
-                "{:.1} million, {:.1} standard errors from the beams",
-                judgement.photon_count as f64 / 1e6,
-                off.abs()
-            ),
+            format!("{:.1} million {}", judgement.photon_count as f64 / 1e6, judgement.agreement_in_words()),
         ));
     }
     let flux = &judgement.flux;
@@ -236,12 +230,8 @@ pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
 /// elsewhere.
 pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<String> {
     let mut warnings = Vec::new();
-    if let Some(verdict) = &judgement.verdict {
-        let error = verdict.metrics.rel_rms;
-        let off = (verdict.photons.mean_square - error * error) / verdict.photons.mean_square_error;
-        if off.abs() >= 5.0 {
-            warnings.push(format!("photons and beams disagree about the light, by {:.1} standard errors", off.abs()));
-        }
+    if judgement.is_contradicted() {
+        warnings.push(format!("photons and beams {}", judgement.agreement_in_words()));
     }
     let flux = &judgement.flux;
     let astray = 1.0 - flux.window;

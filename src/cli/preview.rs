@@ -6,6 +6,7 @@ use super::{
     error::Failure,
     json,
     judge::{self, Examiner},
+    outputs,
     page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
     plan::Plan,
     progress::TerminalProgress,
@@ -15,7 +16,6 @@ use super::{
     workpiece::{View as Seen, look},
 };
 use glasswarp::{
-    export,
     fabricate::Shape,
     pipeline::Block,
     report::{self, Exposure, Facts, Isocontours, Page},
@@ -53,8 +53,9 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         if !is(output, "html") && !is(output, "png") {
             return Err(Failure::Usage(format!("{}: a preview is written as .html or .png", output.display())));
         }
-        export::probe(output).map_err(Failure::writing)?;
     }
+    let inputs = [&args.picture, &picture].map(PathBuf::as_path);
+    outputs::plan(inputs.into_iter().chain(settings.files()), outputs.iter().cloned())?;
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     let progress = TerminalProgress::new();
     let block = plan.design(&progress);

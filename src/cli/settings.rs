@@ -1,5 +1,6 @@
 use super::{
     angle::Inclination,
+    conflicts, console,
     error::Failure,
     finish::FinishPlan,
     imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
@@ -82,16 +83,16 @@ pub(crate) struct Settings {
 
     /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the block and the same way round as
     /// the picture on the receiver: its unevenness is made up for
-    #[arg(long, value_name = "PICTURE", help_heading = "Light", conflicts_with = "emission")]
+    #[arg(long, value_name = "PICTURE", help_heading = "Light")]
     pub(crate) beam: Option<PathBuf>,
 
     /// Refractive index of the block [default: 1.5]
-    #[arg(long, value_name = "N", help_heading = "Bench", conflicts_with = "material")]
+    #[arg(long, value_name = "N", help_heading = "Bench")]
     pub(crate) ior: Option<f64>,
 
     /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED; needs --material [default: 587.6nm,
     /// for which catalogues give the index]
-    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", conflicts_with = "ior")]
+    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench")]
     pub(crate) wavelength: Option<Wavelength>,
 
     /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
@@ -375,10 +376,15 @@ pub(crate) struct DesignFile {
 impl Settings {
     /// What flags and a design file together ask for, and the picture; `named` is either.
     pub(crate) fn of(named: &Path, flags: &Self) -> Result<(Self, PathBuf), Failure> {
+        conflicts::check_flags(flags)?;
         if !named.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
             return Ok((flags.clone().with_preset()?, named.to_path_buf()));
         }
-        let settings = flags.clone().or(Self::as_written(named)?).with_preset()?;
+        let file = Self::as_written(named)?;
+        for (silenced, by) in conflicts::silence(flags, &mut file.clone()) {
+            console::warn(format_args!("--{by} takes the place of {silenced} in {}", named.display()));
+        }
+        let settings = flags.clone().or(file).with_preset()?;
         let picture = settings.named_picture(named)?;
         Ok((settings, picture))
     }
@@ -391,6 +397,7 @@ impl Settings {
     /// The same with its preset yet to be looked up.
     fn as_written(path: &Path) -> Result<Self, Failure> {
         let mut settings = toml_file::read::<DesignFile>(path, "design file")?.design;
+        conflicts::check_file(&settings).map_err(|refusal| toml_file::placed(refusal, path))?;
         settings.resolve_paths(path);
         Ok(settings)
     }
@@ -416,6 +423,17 @@ impl Settings {
         })
     }
 
+    /// The files that these settings name.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let lamp = match &self.emission {
+            Some(Emission::Ies(path)) => Some(path),
+            _ => None,
+        };
+        let speck = self.psf.as_ref().map(|speck| &speck.path);
+        let files = [self.picture.as_ref(), self.beam.as_ref(), lamp, speck, self.caustic_mesh.as_ref()];
+        files.into_iter().flatten().map(PathBuf::as_path)
+    }
+
     /// Takes the paths of files, so far relative to the file that names them, relative to the working folder.
     pub(crate) fn resolve_paths(&mut self, file: &Path) {
         let lamp = match &mut self.emission {
@@ -439,21 +457,9 @@ impl Settings {
         self.light.unwrap_or(if of_a_source { LightName::Point } else { LightName::Parallel })
     }
 
-    /// These settings, and where they are silent, `other`'s.
-    pub(crate) fn or(self, other: Self) -> Self {
-        // Index and material are one choice: a flag for either silences both in the file.
-        let (ior, material) = match (self.ior, self.material) {
-            (None, None) => (other.ior, other.material),
-            chosen => chosen,
-        };
-        // Parallel light has no use for the file's source.
-        let parallel = self.light == Some(LightName::Parallel);
-        let (source_distance, emission) = if parallel { (None, None) } else { (other.source_distance, other.emission) };
-        // A measured beam and an emission are one choice, too.
-        let (emission, beam) = match (self.emission, self.beam) {
-            (None, None) => (emission, other.beam),
-            chosen => chosen,
-        };
+    /// These settings, and where they are silent, `other`'s as far as these do not exclude them.
+    pub(crate) fn or(self, mut other: Self) -> Self {
+        conflicts::silence(&self, &mut other);
         Self {
             picture: self.picture.or(other.picture),
             preset: self.preset.or(other.preset),
@@ -465,9 +471,9 @@ impl Settings {
             mirror: self.mirror.or(other.mirror),
             light: self.light.or(other.light),
             tilt: self.tilt.or(other.tilt),
-            source_distance: self.source_distance.or(source_distance),
-            emission,
-            beam,
+            source_distance: self.source_distance.or(other.source_distance),
+            emission: self.emission.or(other.emission),
+            beam: self.beam.or(other.beam),
             source_size: self.source_size.or(other.source_size),
             roughness: self.roughness.or(other.roughness),
             psf: self.psf.or(other.psf),
@@ -475,10 +481,9 @@ impl Settings {
             deconvolution_rounds: self.deconvolution_rounds.or(other.deconvolution_rounds),
             caustic_mesh: self.caustic_mesh.or(other.caustic_mesh),
             skirt: self.skirt.or(other.skirt),
-            ior,
-            material,
-            // An index that is given outright is that of its wavelength.
-            wavelength: self.wavelength.or(other.wavelength.filter(|_| self.ior.is_none())),
+            ior: self.ior.or(other.ior),
+            material: self.material.or(other.material),
+            wavelength: self.wavelength.or(other.wavelength),
             thickness: self.thickness.or(other.thickness),
             min_thickness: self.min_thickness.or(other.min_thickness),
             margin: self.margin.or(other.margin),

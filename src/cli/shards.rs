@@ -2,8 +2,8 @@
 
 use super::{
     console::{self, say},
-    error::Failure,
-    json, judge,
+    error::{Failure, error_limit},
+    json, judge, outputs,
     plan::open_target,
     settings::TransferName,
     side_file,
@@ -56,7 +56,7 @@ pub(crate) struct MergeArgs {
     transfer: Option<TransferName>,
 
     /// Fail (exit code 3) if the relative RMS error, less its noise, exceeds this
-    #[arg(long, value_name = "ERROR", requires = "target")]
+    #[arg(long, value_name = "ERROR", requires = "target", value_parser = error_limit)]
     max_error: Option<f64>,
 
     /// Write the sum as a tally: byte by byte the file that one run of all parts writes
@@ -144,6 +144,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     for output in &args.output {
         IrradianceFile::of(output)?;
     }
+    let inputs = args.tallies.iter().chain(&args.target).map(PathBuf::as_path);
+    outputs::plan(inputs, args.output.iter().chain(&args.tally).cloned())?;
     let mut sum: Option<(PhotonTally, String)> = None;
     for path in &args.tallies {
         let (part, bench) = PhotonTally::read(path).map_err(|error| match error {

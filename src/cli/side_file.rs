@@ -1,6 +1,7 @@
 //! The file that lies beside every set of outputs, so that nobody has to remember how a block was meant.
 
 use super::{
+    conflicts,
     error::Failure,
     lamp::Emission,
     settings::{Settings, Shift, SolverName, TransferName, name_of},
@@ -13,13 +14,12 @@ use glasswarp::{
     light::Light,
     solid::Solid,
 };
+pub(crate) use glasswarp_files::sha256;
 use serde::Deserialize;
-use sha2::{Digest, Sha256};
 use std::{
     collections::BTreeMap,
     fmt::Write as _,
-    fs::File,
-    io::{self, Read, Write as _},
+    io::{self, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -168,7 +168,9 @@ impl SideFile {
     }
 
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
-        Ok(toml_file::read::<Self>(path, KIND)?.placed(path))
+        let side = toml_file::read::<Self>(path, KIND)?;
+        conflicts::check_file(&side.design).map_err(|refusal| toml_file::placed(refusal, path))?;
+        Ok(side.placed(path))
     }
 
     /// What [`read`](Self::read) will find at `path` once this is [written](write) there, but for files that are not made yet.
@@ -200,39 +202,24 @@ impl SideFile {
     }
 }
 
+/// What a command reads that looks at a block, or at a design file: that, its side file, and all that they name.
+pub(crate) fn inputs(block: &Path, named: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
+    let mut inputs = vec![block.to_path_buf()];
+    if block.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml")) {
+        inputs.extend(Settings::read(block)?.files().map(Path::to_path_buf));
+    } else if let Some(side) = SideFile::find(block, named)? {
+        inputs.push(named.map_or_else(|| path_beside(block), Path::to_path_buf));
+        inputs.extend(side.design.files().map(Path::to_path_buf));
+    }
+    Ok(inputs)
+}
+
 /// There is no side file where there must be one.
 pub(crate) fn missing(block: &Path, or_else: &str) -> Failure {
     Failure::Usage(format!(
         "there is no side file {}: name one with --bench, keep the .toml that was written with the block beside it{or_else}",
         path_beside(block).display()
     ))
-}
-
-/// Refuses to write a side file over a file that is none.
-///
-/// # Errors
-/// [`SideFileError::Occupied`].
-pub(crate) fn may_write(path: &Path) -> Result<(), SideFileError> {
-    match std::fs::read_to_string(path) {
-        // Nothing there, or nothing that can be read: writing will say what is wrong with it.
-        Err(error) if error.kind() != io::ErrorKind::InvalidData => Ok(()),
-        Ok(text) if toml::from_str::<SideFile>(&text).is_ok() => Ok(()),
-        _ => Err(SideFileError::Occupied { path: path.into() }),
-    }
-}
-
-/// Why no side file can be written.
-#[derive(Debug, thiserror::Error)]
-pub(crate) enum SideFileError {
-    /// Somebody's own file has its name.
-    #[error(
-        "{} was not written by glasswarp, and the block's side file would replace it: give the block another name (-o)",
-        path.display()
-    )]
-    Occupied {
-        /// The file that stays as it is.
-        path: PathBuf,
-    },
 }
 
 /// What [`write`] needs to know.
@@ -479,23 +466,9 @@ fn relative_to(file: &Path, from: &Path) -> PathBuf {
     up.chain(file.components().skip(shared)).collect()
 }
 
-/// The [`sha256`] of a file; that it cannot be read is a failure.
+/// The SHA-256 of a file; that it cannot be read is a failure.
 pub(crate) fn hash_of(path: &Path) -> Result<String, Failure> {
     sha256(path).map_err(|source| Failure::reading(path, source))
-}
-
-/// The SHA-256 of a file's content, in hexadecimal.
-pub(crate) fn sha256(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
-    let mut hasher = Sha256::new();
-    let mut buffer = vec![0; 1 << 16];
-    loop {
-        match file.read(&mut buffer)? {
-            0 => break,
-            n => hasher.update(&buffer[..n]),
-        }
-    }
-    Ok(hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect())
 }
 
 #[cfg(test)]

@@ -5,14 +5,14 @@ use super::{
     budget,
     console::{self, say},
     diagnosis,
-    error::Failure,
+    error::{Failure, error_limit},
     finish::Finished,
     found_page::FoundPage,
     imperfect::{self, Intent, Seen},
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
-    page,
+    outputs, page,
     plan::open_target,
     progress::TerminalProgress,
     settings::{Settings, TransferName},
@@ -146,7 +146,7 @@ pub(crate) struct LookArgs {
     report: Option<PathBuf>,
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
-    #[arg(long, value_name = "ERROR")]
+    #[arg(long, value_name = "ERROR", value_parser = error_limit)]
     max_error: Option<f64>,
 }
 
@@ -204,11 +204,14 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
         return Err(no_side_file(block));
     }
+    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
+    let inputs = side_file::inputs(block, args.bench.as_deref())?;
+    let written = args.output.iter().chain(&args.white).chain(&args.tally).chain(&report);
+    outputs::plan(inputs.iter().chain(&args.target).map(PathBuf::as_path), written.cloned())?;
     if let (Some(range), Some(side)) = (&args.sweep, &side) {
         let place = args.as_built.then_some(block);
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
-    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (picture, offset) = target(args, side.as_ref())?;
     let intent = match (picture.clone(), &side) {
@@ -354,6 +357,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         .write(path)?;
         say!("  report         {}", path.display());
     }
+    judgement.demand_agreement()?;
     match (seen, finished) {
         (Some(seen), _) => seen.demand(args.max_error),
         (None, Some(finished)) => finished.demand(args.max_error),

@@ -4,7 +4,6 @@
 //! in GLB. What the encoding costs on the wall is the resolution of `f32` near 0, about a micrometre of spot displacement.
 //! STEP holds the exit face as a B-spline surface, in decimals of a millimetre. Height maps hold the exit face alone.
 
-mod atomic;
 mod glb;
 mod height_map;
 mod obj;
@@ -14,7 +13,7 @@ mod stl;
 mod text;
 mod three_mf;
 
-pub use atomic::{Held, WriteError, probe, remove_unfinished, write_atomically};
+pub use glasswarp_files::{Held, WriteError, probe, remove_unfinished, write_atomically};
 pub use glb::write_glb;
 pub use height_map::{HeightMap, HeightMapError, HeightMapFormat};
 pub use obj::write_obj;

@@ -24,7 +24,7 @@ pub use options::{BlackFloor, Options, OptionsError, Quality};
 use crate::{
     bench::Bench,
     optim::Summary,
-    solver::{Progress, Solution, SolveError, Solver},
+    solver::{Progress, Solution, SolveError, Solver, check_nodes},
     target::TargetIrradiance,
 };
 
@@ -47,6 +47,7 @@ impl Solver for Transport {
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
         self.options.validate().map_err(|error| SolveError::Unsupported { solver: NAME, what: error.to_string() })?;
+        check_nodes(NAME, nodes)?;
         let mut summary = Summary::default();
         start::check(bench)?;
         let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)

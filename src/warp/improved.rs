@@ -12,7 +12,7 @@ use crate::{
     bench::Bench,
     grid::{Field, area_resample},
     optim::{OptionError, Summary},
-    solver::{Progress, Solution, SolveError, Solver},
+    solver::{Progress, Solution, SolveError, Solver, check_nodes},
     surface::{EdgeRule, HeightField, SurfaceSpline},
     target::{CausticMesh, TargetIrradiance},
 };
@@ -108,7 +108,7 @@ impl Solver for Warping {
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
-        super::check_nodes(NAME, nodes)?;
+        check_nodes(NAME, nodes)?;
         super::check_bench(NAME, bench)?;
         if bench.light_direction().truncate().length() > 1e-9 {
             let what = "light at an angle to the axis (the solver \"warping-paper\" does, on a plane)".to_owned();

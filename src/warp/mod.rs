@@ -59,11 +59,3 @@ fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
     };
     Err(SolveError::Unsupported { solver, what: format!("{what}: take --solver transport") })
 }
-
-fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Result<(), SolveError> {
-    if nx.min(ny) < 5 {
-        let what = format!("height fields of {nx} x {ny} nodes (at least 5 x 5)");
-        return Err(SolveError::Unsupported { solver, what });
-    }
-    Ok(())
-}

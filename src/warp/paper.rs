@@ -6,7 +6,7 @@ use super::{
 use crate::{
     bench::Bench,
     optim::{OptionError, Summary},
-    solver::{Progress, Solution, SolveError, Solver},
+    solver::{Progress, Solution, SolveError, Solver, check_nodes},
     surface::EdgeRule,
     target::{CausticMesh, TargetIrradiance},
 };
@@ -67,7 +67,7 @@ impl Solver for WarpingPaper {
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
-        super::check_nodes(NAME_PAPER, nodes)?;
+        check_nodes(NAME_PAPER, nodes)?;
         super::check_bench(NAME_PAPER, bench)?;
         let quads = (nodes.0 - 1, nodes.1 - 1);
         let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);

@@ -50,9 +50,10 @@ impl Workshop {
         Outcome { code: output.status.code().expect("an exit code"), out, err }
     }
 
+    /// The names of all files but the folder's record.
     pub(crate) fn files(&self) -> Vec<String> {
-        let mut names: Vec<_> =
-            fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        let entries = fs::read_dir(self.folder.path()).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<_> = entries.filter(|name| name != ".glasswarp.sha256").collect();
         names.sort();
         names
     }

@@ -19,6 +19,21 @@ pub struct Beams {
     pub beams: u64,
 }
 
+/// Most beams in all, for whose power the fixed-point sums have room, and most along a side.
+pub const MOST_BEAMS: usize = 1 << 30;
+const MOST_ALONG: usize = 1 << 18;
+
+/// Numbers of beams along both sides that can be traced, in the ratio of those that are asked for as far as whole numbers allow.
+fn at_most(nx: usize, ny: usize) -> (usize, usize) {
+    let (nx, ny) = (nx.clamp(1, MOST_ALONG), ny.clamp(1, MOST_ALONG));
+    let excess = nx as f64 * ny as f64 / MOST_BEAMS as f64;
+    if excess <= 1.0 {
+        return (nx, ny);
+    }
+    let reduced = |n: usize| ((n as f64 / excess.sqrt()) as usize).max(1);
+    (reduced(nx), reduced(ny))
+}
+
 /// Rows of beams traced by one task: it traces one row of rays more than that.
 const ROWS: usize = 32;
 
@@ -33,10 +48,10 @@ const ROWS: usize = 32;
 /// beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The result
 /// is the same, bit by bit, for any number of threads.
 ///
-/// # Panics
-/// If there is no beam, or more than 2^30.
+/// There is one at least, and there are [`MOST_BEAMS`] at most: where more are asked for, both numbers are reduced alike, and
+/// [`Beams::beams`] says how many there were.
 pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
-    assert!((1..=1usize << 30).contains(&nx.saturating_mul(ny)), "{nx} x {ny} beams");
+    let (nx, ny) = at_most(nx, ny);
     let (lower, upper) = tracer.aperture_mm();
     // The ends are exact, so that the outermost rays still meet the border of the face.
     let along = |lo: f64, hi: f64, k: usize, n: usize| {
@@ -220,5 +235,26 @@ impl<'a> Book<'a> {
                 tally.reflected += u128::from(all - units);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_beams_are_taken_as_they_are_or_reduced_alike() {
+        for (asked, taken) in [
+            ((0, 0), (1, 1)),
+            ((640, 480), (640, 480)),
+            ((1 << 15, 1 << 15), (1 << 15, 1 << 15)),
+            ((1 << 16, 1 << 16), (1 << 15, 1 << 15)),
+            ((1 << 15, 1 << 17), (1 << 14, 1 << 16)),
+            ((usize::MAX, 1), (1 << 18, 1)),
+        ] {
+            assert_eq!(at_most(asked.0, asked.1), taken, "{asked:?}");
+        }
+        let (nx, ny) = at_most(usize::MAX, usize::MAX);
+        assert!(nx == ny && nx * ny <= MOST_BEAMS);
     }
 }

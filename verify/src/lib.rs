@@ -39,12 +39,12 @@ mod spline;
 mod spread;
 mod trace;
 
-pub use beams::{Beams, beams, facet_beams};
+pub use beams::{Beams, MOST_BEAMS, beams, facet_beams};
 pub use block::{Block, BlockError};
 pub use film::{Flux, Image};
 pub use light::{BeamProfile, Emission, IntensityTable, Light};
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};
-pub use photons::{NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};
+pub use photons::{Agreement, NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};
 pub use scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal, Window};
 pub use spread::Spread;
 pub use trace::{End, Path, Tracer};

@@ -5,23 +5,19 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, ReadChannels, ReadLayers,
     Text, WritableImage,
 };
+use glasswarp_files::{WriteError, write_atomically};
 use image::{ImageBuffer, ImageFormat, Luma, Rgb};
 use std::{
-    io::{BufWriter, Write},
+    io::Write,
     path::{Path, PathBuf},
 };
 
 /// Why a picture was not written. No partial file is left behind.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The file system refused.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Where to.
-        path: PathBuf,
-        /// Why.
-        source: std::io::Error,
-    },
+    /// The file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
     /// The encoder refused.
     #[error("cannot encode {}: {reason}", path.display())]
     Encode {
@@ -167,29 +163,9 @@ fn one_size(images: [&Image; 3]) -> Option<(usize, usize)> {
     images.iter().all(|image| (image.nx, image.ny) == size).then_some(size)
 }
 
-/// Writes to a temporary file beside the target, which takes its name once it is complete.
+/// Writes bytes as a file that appears whole or not at all.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), PictureError> {
-    let failed = |source| PictureError::Write { path: path.into(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::Builder::new().prefix(".glasswarp-").tempfile_in(folder).map_err(failed)?;
-    let mut writer = BufWriter::new(file.as_file_mut());
-    writer.write_all(bytes).and_then(|()| writer.flush()).map_err(failed)?;
-    drop(writer);
-    open_to_others(file.as_file()).map_err(failed)?;
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
-}
-
-/// Temporary files are private; a result is not.
-#[cfg(unix)]
-fn open_to_others(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn open_to_others(_: &std::fs::File) -> std::io::Result<()> {
-    Ok(())
+    Ok(write_atomically(path, |out| out.write_all(bytes))?)
 }
 
 #[cfg(test)]
@@ -224,7 +200,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_written_is_an_error() {
-        assert!(matches!(write_png(Path::new("/nowhere/at/all.png"), &letter(), 1.0), Err(PictureError::Write { .. })));
+        assert!(matches!(write_png(Path::new("/nowhere/at/all.png"), &letter(), 1.0), Err(PictureError::Write(_))));
         assert!(matches!(write_png(Path::new("x.png"), &letter(), 0.0), Err(PictureError::Encode { .. })));
     }
 }

@@ -230,6 +230,29 @@ pub(crate) fn within(what: &'static str, value: f64, least: f64, greatest: f64) 
 /// Least distance between a source and the block, mm.
 const CLEARANCE_MM: f64 = 1e-3;
 
+impl Window {
+    /// Most pixels along a side.
+    pub const MOST_ALONG: usize = 32_768;
+    /// Most pixels in all: a film of them takes half a gigabyte.
+    pub const MOST_PIXELS: usize = 1 << 26;
+
+    fn validate(&self) -> Result<(), SceneError> {
+        within("the width of the window (mm)", self.size_mm.x, 1e-6, 1e9)?;
+        within("the height of the window (mm)", self.size_mm.y, 1e-6, 1e9)?;
+        within("the centre of the window along x (mm)", self.centre_mm.x, -1e9, 1e9)?;
+        within("the centre of the window along y (mm)", self.centre_mm.y, -1e9, 1e9)?;
+        within("the number of pixels along x", self.nx as f64, 1.0, Self::MOST_ALONG as f64)?;
+        within("the number of pixels along y", self.ny as f64, 1.0, Self::MOST_ALONG as f64)?;
+        self.holds_at_most(Self::MOST_PIXELS)
+    }
+
+    /// Refuses more pixels than that.
+    pub(crate) fn holds_at_most(&self, most: usize) -> Result<(), SceneError> {
+        let pixels = self.nx.saturating_mul(self.ny);
+        within("the number of pixels of the window, columns times rows,", pixels as f64, 1.0, most as f64)
+    }
+}
+
 impl Scene {
     /// Greatest tilt of parallel light and of the receiver against the axis, degrees.
     pub const GREATEST_TILT_DEG: f64 = 85.0;
@@ -296,12 +319,7 @@ impl Scene {
             within("the refractive index", ior, 1.000_001, 10.0)?;
         }
         within("the distance of the receiver (mm)", self.distance_mm, -1e9, 1e9)?;
-        within("the width of the window (mm)", self.window.size_mm.x, 1e-6, 1e9)?;
-        within("the height of the window (mm)", self.window.size_mm.y, 1e-6, 1e9)?;
-        within("the centre of the window along x (mm)", self.window.centre_mm.x, -1e9, 1e9)?;
-        within("the centre of the window along y (mm)", self.window.centre_mm.y, -1e9, 1e9)?;
-        within("the number of pixels along x", self.window.nx as f64, 1.0, 32_768.0)?;
-        within("the number of pixels along y", self.window.ny as f64, 1.0, 32_768.0)?;
+        self.window.validate()?;
         within("the angle by which the block is turned (radians)", self.turned.length(), 0.0, 1.0)?;
         within("the roughness (rms slope)", self.roughness, 0.0, 1.0)?;
         self.spread.validate(&self.light)?;

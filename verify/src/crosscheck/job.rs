@@ -3,10 +3,11 @@
 use super::Renderer;
 use crate::{film::Image, scene::SceneError};
 use glam::DVec2;
+use glasswarp_files::{PlanError, WriteError, enter, may_replace, write_atomically};
 use std::{
     ffi::OsStr,
     fs::{self, File},
-    io::{self, BufWriter, Write},
+    io::{self, Write},
     path::{Path, PathBuf},
     process::{Command, Stdio},
 };
@@ -14,14 +15,12 @@ use std::{
 /// Why a cross-check came to no result.
 #[derive(Debug, thiserror::Error)]
 pub enum CrosscheckError {
-    /// The file system refused.
-    #[error("cannot write {}", path.display())]
-    Write {
-        /// Where to.
-        path: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
+    /// The scene cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A file in the folder is not this program's to replace.
+    #[error(transparent)]
+    Owned(#[from] PlanError),
     /// The program is not there.
     #[error("{} is not installed: '{program}' or its package was not found ({}); the scene is in {}", renderer.name(), renderer.remedy(), folder.display())]
     NotInstalled {
@@ -121,16 +120,19 @@ impl Job {
         let program = program.map_or_else(|| self.renderer.program(), OsStr::to_os_string);
         for run in &self.runs {
             let output = self.folder.join(&run.output);
+            let log = output.with_extension("log");
+            let writing = |path: &Path| {
+                let path = path.to_path_buf();
+                |source| WriteError::Io { path, source }
+            };
+            may_replace(&output).and_then(|()| may_replace(&log))?;
             // A picture of an earlier run must not be taken for this one's.
             match fs::remove_file(&output) {
-                Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                    return Err(CrosscheckError::Write { path: output, source });
-                }
+                Err(source) if source.kind() != io::ErrorKind::NotFound => Err(writing(&output)(source))?,
                 _ => {}
             }
-            let log = output.with_extension("log");
-            let file = File::create(&log).map_err(|source| CrosscheckError::Write { path: log.clone(), source })?;
-            let both = file.try_clone().map_err(|source| CrosscheckError::Write { path: log.clone(), source })?;
+            let file = File::create(&log).map_err(writing(&log))?;
+            let both = file.try_clone().map_err(writing(&log))?;
             let mut command = Command::new(&program);
             // Blender takes its working folder from the shell's variable.
             if let Ok(folder) = self.folder.canonicalize() {
@@ -148,7 +150,12 @@ impl Job {
                 program: program.to_string_lossy().into_owned(),
                 folder: self.folder.clone(),
             };
-            match command.status() {
+            let status = command.status();
+            // However it ended: the next run may replace what this one has left.
+            for left in [&log, &output].into_iter().filter(|left| left.exists()) {
+                enter(left)?;
+            }
+            match status {
                 Ok(status) if status.code() == Some(NO_SUCH_PACKAGE) => return Err(missing()),
                 Ok(status) if !status.success() => return Err(failed(status.to_string())),
                 Ok(_) if !output.exists() => return Err(failed(format!("{} was not written", run.output))),
@@ -163,7 +170,8 @@ impl Job {
     }
 
     pub(super) fn make_folder(&self) -> Result<(), CrosscheckError> {
-        fs::create_dir_all(&self.folder).map_err(|source| CrosscheckError::Write { path: self.folder.clone(), source })
+        let failed = |source| WriteError::Io { path: self.folder.clone(), source };
+        Ok(fs::create_dir_all(&self.folder).map_err(failed)?)
     }
 
     /// Writes a file of the folder.
@@ -172,13 +180,7 @@ impl Job {
         name: &str,
         content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), CrosscheckError> {
-        let path = self.folder.join(name);
-        let write = || {
-            let mut out = BufWriter::with_capacity(1 << 20, File::create(&path)?);
-            content(&mut out)?;
-            out.flush()
-        };
-        write().map_err(|source| CrosscheckError::Write { path, source })
+        Ok(write_atomically(&self.folder.join(name), |out| content(out))?)
     }
 
     pub(super) fn write_readme(&self) -> Result<(), CrosscheckError> {

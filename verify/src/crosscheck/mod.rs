@@ -25,7 +25,7 @@ pub use job::{CrosscheckError, Job};
 pub use map::{Distances, Landings, MapAgreement, PERCENTILES};
 
 use crate::{
-    beams::beams,
+    beams::{MOST_BEAMS, beams},
     block::Block,
     film::Image,
     mesh::Mesh,
@@ -81,6 +81,19 @@ impl Renderer {
             Self::Mitsuba => "pip install mitsuba numpy; name the interpreter in GLASSWARP_PYTHON",
             Self::LuxCore => "pip install pyluxcore numpy; name the interpreter in GLASSWARP_PYTHON",
         }
+    }
+
+    /// The files of a scene's folder: those that [`Study`] writes, and what the renderer makes of them. `image` is for image mode.
+    pub fn files(self, image: bool) -> Vec<String> {
+        let mode = if image { "image" } else { "map" };
+        let (mesh, scene, picture): (&[&str], _, _) = match Script::of(self) {
+            None => (&["block.inc"], "pov", "png"),
+            Some(_) => (&["positions.f32", "normals.f32", "triangles.u32"], "py", "exr"),
+        };
+        let runs = if image { vec!["image-1", "image-2"] } else { vec!["map"] };
+        let made = runs.iter().flat_map(|run| [format!("{run}.{picture}"), format!("{run}.log")]);
+        let fixed = mesh.iter().map(|&name| name.to_owned());
+        fixed.chain(["README.txt".to_owned(), format!("{mode}.{scene}")]).chain(made).collect()
     }
 
     /// Whether this renderer's caustic has Fresnel's losses in it.
@@ -153,6 +166,7 @@ impl<'a> Study<'a> {
     pub fn image(&self, renderer: Renderer) -> Result<Image, SceneError> {
         let tracer = self.tracer(Surface::Smooth, renderer.fresnel())?;
         let window = &self.scene.window;
+        window.holds_at_most(MOST_BEAMS / (BEAMS_PER_PIXEL * BEAMS_PER_PIXEL))?;
         // Beams as wide as the window's pixels over BEAMS_PER_PIXEL, were the block as large as the window.
         Ok(beams(&tracer, window.nx * BEAMS_PER_PIXEL, window.ny * BEAMS_PER_PIXEL).image)
     }

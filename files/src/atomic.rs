@@ -1,5 +1,6 @@
 //! Files that appear whole or not at all.
 
+use crate::plan::{self, PlanError};
 use std::{
     collections::BTreeSet,
     fs::{self, File},
@@ -34,6 +35,12 @@ pub enum WriteError {
         folder: PathBuf,
         /// What the system says.
         source: io::Error,
+    },
+    /// The file is not this program's to replace.
+    #[error("{refusal}")]
+    Refused {
+        /// Why.
+        refusal: Box<PlanError>,
     },
     /// Writing failed on the way: a full disk, for instance.
     #[error("writing {} failed: {source}", path.display())]
@@ -73,20 +80,36 @@ pub fn remove_unfinished() -> Held {
 }
 
 /// Writes a file that appears whole or not at all: `write` fills a temporary file in the same folder through a buffer; it is
-/// flushed, handed to the disk, and only then renamed to `path`. A file that stood there is replaced.
+/// flushed, handed to the disk, and only then renamed to `path`. A file that stood there is replaced by one with its
+/// permissions; where a link stood, what it points at is. A new file has those that the user's mask leaves.
 ///
 /// # Errors
-/// A folder that is missing or takes no files, a path that is no regular file, or an error of `write` or of the disk.
+/// A folder that is missing or takes no files, a path that is no regular file, a file that the [plan](crate::Plan) in force
+/// does not let be replaced, or an error of `write` or of the disk.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
 ) -> Result<(), WriteError> {
     let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
     let (target, folder) = destination(path)?;
+    plan::may_replace(path).map_err(|refusal| WriteError::Refused { refusal: refusal.into() })?;
     let mut temporary = begin(path, &folder)?;
-    let outcome = fill(temporary.as_file_mut(), write);
+    let outcome = fill(temporary.as_file_mut(), write).and_then(|()| keep_permissions(temporary.as_file(), &target));
+    // Recorded before it has its name: whenever the run ends, what stands there is known.
+    let outcome = outcome.and_then(|()| plan::about_to_take(&target, temporary.path()));
     finish(temporary, |file| outcome.and_then(|()| file.persist(&target).map(drop).map_err(|e| e.error)))
         .map_err(failed)
+}
+
+/// Gives a file the permissions of the one that it replaces.
+#[cfg(unix)]
+fn keep_permissions(file: &File, target: &Path) -> io::Result<()> {
+    fs::metadata(target).map_or(Ok(()), |found| file.set_permissions(found.permissions()))
+}
+
+#[cfg(not(unix))]
+fn keep_permissions(_: &File, _: &Path) -> io::Result<()> {
+    Ok(())
 }
 
 /// Begins a temporary file that an interruption removes.
@@ -277,6 +300,20 @@ mod tests {
         assert!(matches!(write_atomically(Path::new("/dev/full"), |_| Ok(())), Err(WriteError::NoFile { .. })));
         let error = write_atomically(Path::new("/proc/block.stl"), |_| Ok(())).unwrap_err();
         assert!(matches!(error, WriteError::Folder { .. }), "{error}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_that_is_replaced_keeps_its_permissions() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("block.stl");
+        for mode in [0o600, 0o664, 0o644] {
+            fs::write(&path, "old").unwrap();
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            write_atomically(&path, |w| w.write_all(b"new")).unwrap();
+            assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, mode);
+        }
     }
 
     #[cfg(unix)]

@@ -1,0 +1,32 @@
+//! What a command reads and writes, said before it begins: the one place that decides what may be written over.
+
+use super::error::Failure;
+use glasswarp_files::{Plan, PlanError};
+use std::{
+    path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
+};
+
+static FORCE: AtomicBool = AtomicBool::new(false);
+
+/// Lets files of others be replaced (`--force`).
+pub(crate) fn force(force: bool) {
+    FORCE.store(force, Ordering::Relaxed);
+}
+
+/// Examines the files of a command: its inputs, and everything that it will write. Nothing has been touched if it is refused.
+///
+/// # Errors
+/// An output over an input or over a file of somebody's own, two outputs that are one file, a name that cannot be recorded, a
+/// place that takes no file.
+pub(crate) fn plan<'a>(
+    inputs: impl IntoIterator<Item = &'a Path>,
+    outputs: impl IntoIterator<Item = PathBuf>,
+) -> Result<(), Failure> {
+    let plan = inputs.into_iter().fold(Plan::new(FORCE.load(Ordering::Relaxed)), Plan::reads);
+    let plan = outputs.into_iter().fold(plan, Plan::writes);
+    plan.approve().map_err(|error| match error {
+        PlanError::Write(error) => Failure::writing(error),
+        refused => Failure::refused(refused),
+    })
+}
