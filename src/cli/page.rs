@@ -12,7 +12,7 @@ use super::{
 };
 use glasswarp::{
     bench::{Bench, ExitFace},
-    export::{self, Format, HeightMapFormat},
+    export::{Format, HeightMapFormat},
     fabricate::Shape,
     grid::Field,
     materials,
