@@ -219,11 +219,74 @@ fn a_file_of_ones_own_is_not_replaced_by_a_side_file() {
     workshop.refuses(
         "design design.toml -o design.stl",
         REFUSED,
-        &["design.toml", "was not written by glasswarp", "-o"],
+        &["design.toml", "which this command reads", "another name"],
+    );
+    fs::write(workshop.path("q.toml"), own).unwrap();
+    workshop.refuses(
+        "design picture.png -o q.stl --nodes 65",
+        REFUSED,
+        &["q.toml", "was not written by glasswarp", "--force"],
     );
     assert_eq!(fs::read_to_string(workshop.path("design.toml")).unwrap(), own);
     for _ in 0..2 {
         assert_eq!(workshop.run("design design.toml -o other.stl --no-verify").code, FINE, "side files are renewed");
+    }
+}
+
+#[test]
+fn a_gate_that_would_not_run_is_refused() {
+    let workshop = Workshop::new();
+    for limit in ["1e-7", "nan", "inf", "-1", "much"] {
+        workshop.refuses(
+            &format!("design picture.png -o b.stl --nodes 33 --no-verify --max-error {limit}"),
+            REFUSED,
+            &["--max-error"],
+        );
+    }
+    assert_eq!(workshop.run("design picture.png -o b.stl --nodes 33 --no-verify --no-report").code, FINE);
+    for line in [
+        "verify b.stl --max-error nan",
+        "verify b.stl --sweep distance=200..300 --max-error 0.1",
+        "mill b.stl --max-error nan",
+        "mill b.stl --want-error 0.1",
+        "verify merge t.exr --max-error 0.1",
+        "crosscheck b.stl --with povray --write-only --max-difference 0.1",
+        "crosscheck b.stl --with povray --max-difference nan",
+    ] {
+        workshop.refuses(line, REFUSED, &["--"]);
+    }
+    // What chance makes of the photons is said, and a limit is kept to.
+    let judged = workshop.run("verify b.stl --photons 200000 --max-error 1e-7");
+    assert_eq!(judged.code, SHORT, "{}", judged.err);
+    assert!(judged.out.contains("agree: off by"), "{}", judged.out);
+    assert!(judged.out.contains("standard errors (up to 2 is expected 19 times in 20)"), "{}", judged.out);
+}
+
+#[test]
+fn settings_that_exclude_each_other_are_refused_wherever_they_stand() {
+    let workshop = Workshop::new();
+    let line = |flags: &str| format!("design picture.png -o b.stl --nodes 33 --no-verify --no-report {flags}");
+    for (flags, file, words) in [
+        ("--ior 1.6 --material pmma", "ior = 1.6\nmaterial = \"pmma\"", ["ior", "material"]),
+        ("--ior 1.6 --wavelength 532nm", "ior = 1.6\nwavelength = \"532nm\"", ["ior", "wavelength"]),
+        ("--beam x.png --emission lambertian", "beam = \"x.png\"\nemission = \"lambertian\"", ["beam", "emission"]),
+        ("--light parallel --emission lambertian", "light = \"parallel\"\nemission = \"lambertian\"", ["light", "emission"]),
+        ("--light parallel --source-distance 1m", "light = \"parallel\"\nsource-distance = \"1m\"", ["light", "source-distance"]),
+    ] {
+        workshop.refuses(&line(flags), REFUSED, &[words[0], words[1], "cannot be used with", "leave one of them out"]);
+        let text = format!("[design]\npicture = \"picture.png\"\nnodes = 33\n{file}\n");
+        fs::write(workshop.path("d.toml"), text).unwrap();
+        let in_file = "design d.toml -o b.stl --no-verify --no-report";
+        workshop.refuses(in_file, REFUSED, &[words[0], words[1], "cannot be used with", "d.toml:4:1", "d.toml:5:1"]);
+    }
+    // Across both, the flag goes before the file, and says so.
+    fs::write(workshop.path("d.toml"), "[design]\npicture = \"picture.png\"\nnodes = 33\nmaterial = \"pmma\"\nlight = \"parallel\"\n")
+        .unwrap();
+    let outcome = workshop.run("design d.toml -o b.stl --no-verify --no-report --ior 1.6 --source-distance 1m");
+    assert_eq!(outcome.code, FINE, "{}", outcome.err);
+    assert!(outcome.out.contains("index 1.6") && outcome.out.contains("a point 1000.0 mm away"), "{}", outcome.out);
+    for word in ["--ior takes the place of material in d.toml", "--source-distance takes the place of light parallel in d.toml"] {
+        assert!(outcome.err.contains(word), "{}", outcome.err);
     }
 }
 

@@ -166,8 +166,7 @@ records! {
         photons_differ: Option<f64>,
         /// Standard error of that difference.
         photons_differ_error: Option<f64>,
-        /// Standard errors between photons and beams in their mean square error: if both are right, as the magnitude of a
-        /// normal variable. Beyond 4 the exit code is 3.
+        /// Standard errors between photons and beams; beyond 4 the exit code is 3.
         photons_off: Option<f64>,
         /// Where the light went.
         light: Light,
