@@ -32,7 +32,7 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct DesignArgs {
-    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR), or a design file (.toml) that names it
+    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG), or a design file (.toml) that names it
     picture: PathBuf,
 
     /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be given several times
@@ -206,6 +206,9 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
     say!("{}", list(outputs));
+    if let Some(line) = plan.understood.line() {
+        say!("  picture        {line}");
+    }
     say!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
         solid.surface().extent().width_mm,

@@ -46,7 +46,8 @@ impl Workpiece {
         })?;
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
-        let target = Intent::of_side(open_target(picture, transfer, offset, design.framing()?)?, &side)?.target;
+        let target = open_target(picture, &design.picture_options(), offset, design.framing()?)?;
+        let target = Intent::of_side(target, &side)?.target;
         let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&target), pixels);
         let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));
         let (surface, entry_z_mm) = (surface_of(&block)?, block.entry_z_mm() - block.mean_exit_z_mm());
