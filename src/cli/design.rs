@@ -143,7 +143,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         block: json::Block::of(&plan, &block),
         bench: json::Bench::of(&plan.bench),
         solver: solver_to_json(&plan, &block, solved),
-        notes,
+        notes: plan.understood.line().map(|line| format!("picture: {line}")).into_iter().chain(notes).collect(),
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
         budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
         finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),

@@ -4,7 +4,7 @@ use super::{
     bench::{bench_of, warnings},
     error::Failure,
     imperfect::Intent,
-    settings::{QualityName, Settings, SolverName, TransferName, name_of},
+    settings::{DRAWING_NODES, QualityName, Settings, SolverName, TransferName, name_of},
 };
 use glam::DVec2;
 use glasswarp::{
@@ -67,7 +67,10 @@ impl Plan {
         let aspect = ny as f64 / nx as f64;
         let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
         let (block, light) = (bench.block(), bench.light());
-        let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
+        let across = settings.nodes.unwrap_or_else(|| {
+            // However much of a drawing is used, it is drawn for these.
+            if understood.is_drawing() { DRAWING_NODES } else { pipeline::default_nodes(nx) }
+        });
         let nodes =
             pipeline::node_grid(block, pipeline::nodes_within(&bench.contour(), across)).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));

@@ -398,7 +398,7 @@ pub(crate) fn name_of(choice: impl ValueEnum) -> String {
 }
 
 /// Nodes across that a drawing is rasterised for where none are asked for.
-const MOST_NODES: usize = 1025;
+pub(crate) const DRAWING_NODES: usize = 1025;
 
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
@@ -452,7 +452,7 @@ impl Settings {
             layer: self.layer.clone(),
             edits: Edits { crop, rotate, flip, levels, invert: self.invert.unwrap_or(false) },
             // Two nodes a pixel are what a face can draw.
-            drawing_width: self.nodes.unwrap_or(MOST_NODES) / 2,
+            drawing_width: self.nodes.unwrap_or(DRAWING_NODES) / 2,
             memory: memory::for_a_picture(),
         }
     }

@@ -8,6 +8,7 @@ mod exr;
 mod kind;
 mod primaries;
 mod profile;
+mod sampling;
 #[cfg(feature = "svg")]
 mod svg;
 mod tiff;
@@ -261,14 +262,15 @@ impl PictureOptions {
     /// # Errors
     /// Those of [`open`](Self::open), and [`PictureError::Memory`].
     pub fn read(&self, mut file: impl BufRead + Seek) -> Result<(Picture, Understood), PictureError> {
-        let kind = Kind::of(file.fill_buf().map_err(PictureError::Io)?)?;
+        let head = file.fill_buf().map_err(PictureError::Io)?;
+        let kind = Kind::of(&head[..head.len().min(kind::HEAD)])?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(PictureError::Io)?;
         if let Some(asked) = self.layer.as_ref().filter(|_| kind != Kind::Exr) {
             return Err(PictureError::NotLayered { asked: asked.clone(), kind: kind.name() });
         }
         let (light, mut understood) = match kind {
-            Kind::Exr => self.read_exr(&bytes)?,
+            Kind::Exr => self.read_exr(&mut bytes)?,
             Kind::Svg => self.read_svg(&bytes)?,
             _ => self.read_sheet(kind, &mut bytes)?,
         };
@@ -295,6 +297,9 @@ impl PictureOptions {
         );
         let mut canvas = Canvas::new(sheet.size, sheet.orientation, Picture::GREATEST_SIDE);
         (sheet.rows)(&mut |top, numbers| canvas.add(top, numbers, &lamp))?;
+        if !canvas.is_full() {
+            return Err(PictureError::broken(kind.name(), &"it has fewer rows than it says"));
+        }
         let (light, factor, spread) = canvas.finish();
         let understood = Understood {
             kind: kind.name(),
@@ -313,7 +318,7 @@ impl PictureOptions {
         Ok((light, understood))
     }
 
-    fn read_exr(&self, bytes: &[u8]) -> Result<(Field<f64>, Understood), PictureError> {
+    fn read_exr(&self, bytes: &mut [u8]) -> Result<(Field<f64>, Understood), PictureError> {
         let background = self.background.unwrap_or_default();
         let length = bytes.len() as u64;
         let request = exr::Request {
@@ -351,7 +356,7 @@ impl PictureOptions {
         let size = (self.drawing_width.max(TargetIrradiance::LEAST_CELLS), Picture::GREATEST_SIDE);
         let transfer = self.transfer.unwrap_or(Transfer::Srgb);
         let check = |size, needs: u64| self.check(size, needs.saturating_add(length));
-        let raster = svg::read(bytes, size, background, transfer, &check)?;
+        let raster = svg::read(bytes, size, (background, transfer), self.memory, &check)?;
         let understood = Understood {
             kind: Kind::Svg.name(),
             stored: (raster.light.nx(), raster.light.ny()),

@@ -76,6 +76,8 @@ pub(super) struct Canvas {
     orientation: Orientation,
     factor: usize,
     light: Field<f64>,
+    /// Rows that were added as such.
+    rows: usize,
     spread: Spread,
 }
 
@@ -85,7 +87,7 @@ impl Canvas {
         let (nx, ny) = orientation.size(stored);
         let factor = Self::factor(stored, greatest_side);
         let light = Field::filled(nx.div_ceil(factor), ny.div_ceil(factor), 0.0);
-        Self { stored, orientation, factor, light, spread: Spread::NONE }
+        Self { stored, orientation, factor, light, rows: 0, spread: Spread::NONE }
     }
 
     /// Pixels along a side that become one.
@@ -95,7 +97,7 @@ impl Canvas {
 
     /// Adds rows of numbers, the first of which is row `top` of the stored picture.
     pub(super) fn add(&mut self, top: usize, numbers: &[f32], lamp: &Lamp) -> Result<(), PictureError> {
-        let nx = self.stored.0;
+        let (nx, ny) = self.stored;
         let rows: Vec<(Vec<f64>, Spread)> = numbers
             .par_chunks_exact(nx * lamp.stride())
             .map(|row| {
@@ -108,7 +110,9 @@ impl Canvas {
                 (light.collect(), spread)
             })
             .collect();
-        for (k, (row, spread)) in rows.iter().enumerate() {
+        // A file may hold more rows than it says.
+        for (k, (row, spread)) in rows.iter().enumerate().take_while(|(k, _)| top + k < ny) {
+            self.rows += 1;
             self.spread = self.spread.join(*spread);
             for (i, light) in row.iter().enumerate() {
                 self.put((i, top + k), *light)?;
@@ -125,6 +129,11 @@ impl Canvas {
         }
         self.light[(i / self.factor, j / self.factor)] += light;
         Ok(())
+    }
+
+    /// Whether all rows were added.
+    pub(super) fn is_full(&self) -> bool {
+        self.rows == self.stored.1
     }
 
     /// What was found on the way.

@@ -5,7 +5,6 @@ use super::{
     primaries::{Primaries, REC_709},
     profile::{self, Table},
 };
-use moxcms::ToneCurveEvaluator;
 use std::sync::Arc;
 
 /// What the numbers of a pixel are.
@@ -34,8 +33,6 @@ pub(super) enum Says {
     Nothing,
     /// Numbers that are light as they stand.
     Float,
-    /// The lightness of CIE L*a*b*.
-    Lab,
     Profile(Vec<u8>),
     /// PNG's chunk `cICP`, in the words of ITU-T H.273.
     Coded {
@@ -54,7 +51,7 @@ pub(super) enum Says {
 }
 
 /// Light of an encoded value, both 0 to 1.
-#[derive(Clone)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Curve {
     Transfer(Transfer),
     Power(f64),
@@ -63,7 +60,8 @@ pub(super) enum Curve {
     /// CIE 1976.
     Lightness,
     Sampled(Vec<f64>),
-    Profile(Arc<dyn ToneCurveEvaluator + Send + Sync>),
+    /// g, a, b, c, d, e, f of ICC: (a v + b)^g + e from d on, c v + f below.
+    Parametric([f64; 7]),
 }
 
 impl Curve {
@@ -85,7 +83,9 @@ impl Curve {
                 let k = (at as usize).min(values.len() - 2);
                 values[k] + (at - k as f64) * (values[k + 1] - values[k])
             }
-            Self::Profile(curve) => f64::from(curve.evaluate_value(value.clamp(0.0, 1.0) as f32)),
+            Self::Parametric([g, a, b, c, d, e, f]) => {
+                if value < *d { c * value + f } else { (a * value + b).max(0.0).powf(*g) + e }
+            }
         }
     }
 }
@@ -138,12 +138,6 @@ impl Says {
         Ok(match self {
             Self::Nothing | Self::Srgb => srgb(),
             Self::Float => curve(Curve::Transfer(Transfer::Linear), REC_709, "linear light, as floats are".into(), false),
-            Self::Lab => Understanding {
-                lightness: Lightness::Grey(Curve::Lightness),
-                words: "the lightness of CIE L*a*b*".into(),
-                plain: false,
-                passed_over: None,
-            },
             Self::Profile(bytes) => match profile::read(bytes, model) {
                 Ok((lightness, name)) => {
                     let plain = name.starts_with("sRGB");
@@ -152,9 +146,6 @@ impl Says {
                 Err(why) => Understanding { passed_over: Some(format!("{why} and was passed over")), ..srgb() },
             },
             Self::Coded { primaries, transfer, matrix, full } => {
-                if *primaries == 2 || *transfer == 2 {
-                    return Ok(srgb());
-                }
                 let (of, by) = coded_curve(*transfer)?;
                 let refused = |what: String| PictureError::Coded { what };
                 if *matrix != 0 || !full {
@@ -291,11 +282,11 @@ fn light_of(lightness: &Lightness, model: Model, numbers: &[f64]) -> f64 {
     match (lightness, model) {
         (Lightness::Grey(curve), _) => curve.light(numbers[0]),
         (Lightness::Rgb { curves, weights }, Model::Grey) => {
-            // The weights add up to 1 but for rounding.
-            if matches!(curves[0], Curve::Profile(_)) {
-                (0..3).map(|k| weights[k] * curves[k].light(numbers[0])).sum()
-            } else {
+            if curves[0] == curves[1] && curves[0] == curves[2] {
+                // The weights add up to 1 but for rounding.
                 curves[0].light(numbers[0])
+            } else {
+                (0..3).map(|k| weights[k] * curves[k].light(numbers[0])).sum()
             }
         }
         (Lightness::Rgb { curves, weights }, Model::Rgb) => {

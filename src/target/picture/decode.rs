@@ -13,8 +13,9 @@ use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
 
-/// Rows that are turned into light together.
+/// Most rows, and numbers, that are turned into light together.
 const STRIP: usize = 64;
+const NUMBERS: usize = 1 << 20;
 
 /// Takes rows: the number of the first, and theirs numbers, 0 to 1 where they are integers.
 pub(super) type Sink<'a> = &'a mut dyn FnMut(usize, &[f32]) -> Result<(), PictureError>;
@@ -69,13 +70,19 @@ pub(super) fn emit<T>(
     number: impl Fn(&T) -> f32,
     sink: Sink<'_>,
 ) -> Result<(), PictureError> {
-    let mut strip = Vec::with_capacity(per_row * STRIP);
-    for (k, rows) in numbers.chunks(per_row * STRIP).enumerate() {
+    let together = rows_together(per_row);
+    let mut strip = Vec::with_capacity(per_row * together.min(numbers.len().div_ceil(per_row)));
+    for (k, rows) in numbers.chunks(per_row * together).enumerate() {
         strip.clear();
         strip.extend(rows.iter().map(&number));
-        sink(top + k * STRIP, &strip)?;
+        sink(top + k * together, &strip)?;
     }
     Ok(())
+}
+
+/// Rows that are turned into light together: enough for many threads, few enough for little memory.
+fn rows_together(per_row: usize) -> usize {
+    (NUMBERS / per_row.max(1)).clamp(1, STRIP)
 }
 
 pub(super) fn of_u8(value: &u8) -> f32 {
@@ -90,6 +97,8 @@ pub(super) fn of_u16(value: &u16) -> f32 {
 fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     let failed = |error: png::DecodingError| broken(Kind::Png)(&error);
     let limits = png::Limits { bytes: usize::try_from(allowed).unwrap_or(usize::MAX) };
+    // It may lie behind the picture, which the decoder does not know before it is read.
+    let exif = chunk_of(bytes, b"eXIf");
     let mut decoder = png::Decoder::new_with_limits(Cursor::new(bytes), limits);
     // Palettes, few bits and transparent colours become bytes and alpha.
     decoder.set_transformations(png::Transformations::EXPAND);
@@ -119,7 +128,7 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
         });
         if gamma.is_none() && primaries.is_none() { Says::Nothing } else { Says::Gamma { gamma, primaries } }
     };
-    let orientation = orientation_of(info.exif_metadata.as_deref());
+    let orientation = orientation_of(exif);
     let size = (info.width as usize, info.height as usize);
     let interlaced = info.interlaced;
     let (colour, depth) = reader.output_color_type();
@@ -132,7 +141,7 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     let wide = depth == png::BitDepth::Sixteen;
     let stride = colour.samples();
     let row_bytes = size.0 as u64 * stride as u64 * if wide { 2 } else { 1 };
-    let rows_held = if interlaced { size.1 as u64 } else { STRIP as u64 };
+    let rows_held = if interlaced { size.1 } else { rows_together(size.0 * stride).min(size.1) } as u64;
     let rows: Rows<'_> = Box::new(move |sink| {
         let per_row = size.0 * stride;
         let give = |bytes: &[u8], top: usize, sink: Sink<'_>| {
@@ -149,12 +158,13 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
             reader.next_frame(&mut frame).map_err(failed)?;
             return give(&frame, 0, sink);
         }
+        let together = rows_together(per_row);
         let mut strip = Vec::new();
         for j in 0..size.1 {
             let row = reader.next_row().map_err(failed)?.ok_or_else(|| broken(Kind::Png)(&"it ends too early"))?;
             strip.extend_from_slice(row.data());
-            if (j + 1) % STRIP == 0 || j + 1 == size.1 {
-                give(&strip, j / STRIP * STRIP, sink)?;
+            if (j + 1) % together == 0 || j + 1 == size.1 {
+                give(&strip, j / together * together, sink)?;
                 strip.clear();
             }
         }
@@ -165,14 +175,26 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     Ok(Sheet { size, model, alpha, stride, greatest, orientation, says, needs, rows })
 }
 
+/// What the first chunk of a kind holds.
+fn chunk_of<'a>(bytes: &'a [u8], kind: &[u8; 4]) -> Option<&'a [u8]> {
+    let mut at = 8;
+    while let Some((length, rest)) = bytes.get(at..)?.split_first_chunk::<4>() {
+        let length = u32::from_be_bytes(*length) as usize;
+        if rest.starts_with(kind) {
+            return rest.get(4..4 + length);
+        }
+        at += 12 + length;
+    }
+    None
+}
+
 fn scaled(value: png::ScaledFloat) -> f64 {
     f64::from(value.into_scaled()) / 100_000.0
 }
 
 fn open_jpeg(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     // A decoder fills what is missing with grey.
-    let find = |marker: &[u8]| bytes.windows(2).rposition(|pair| pair == marker);
-    if find(b"\xff\xd9") < find(b"\xff\xda") {
+    if !is_whole(bytes) {
         return Err(broken(Kind::Jpeg)(&"it ends before its picture does"));
     }
     let mut head = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), jpeg_options());
@@ -215,6 +237,23 @@ fn open_jpeg(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
         needs: 12 * size.0 as u64 * size.1 as u64,
         rows,
     })
+}
+
+/// Whether a JPEG goes on to its end marker. Behind it there may be anything: phones put a film there.
+fn is_whole(bytes: &[u8]) -> bool {
+    let mut at = 2;
+    loop {
+        match bytes.get(at..) {
+            // Markers may be filled up with any number of these.
+            Some([0xff, 0xff, ..]) => at += 1,
+            Some([0xff, 0xd9, ..]) => return true,
+            // Those without a length, and bytes of a scan that look like a marker.
+            Some([0xff, 0x00 | 0x01 | 0xd0..=0xd8, ..]) => at += 2,
+            Some([0xff, _, high, low, ..]) => at += 2 + usize::from(u16::from_be_bytes([*high, *low])).max(2),
+            Some([_, ..]) => at += 1,
+            _ => return false,
+        }
+    }
 }
 
 fn jpeg_options() -> DecoderOptions {

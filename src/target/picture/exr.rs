@@ -5,6 +5,7 @@ use super::{
     canvas::{Canvas, Orientation},
     colour::Shown,
     primaries::{Primaries, REC_709},
+    sampling::Sampling,
 };
 use ::exr::{
     block::{self, UncompressedBlock, reader::ChunksReader},
@@ -57,11 +58,13 @@ struct Layer {
 }
 
 /// Reads the light of a layer.
-pub(super) fn read(bytes: &[u8], request: &Request<'_>) -> Result<Reading, PictureError> {
-    let reader = block::read(Cursor::new(bytes), false).map_err(failed)?;
-    let headers = reader.headers();
-    let layer = chosen(headers, request.layer)?;
-    let header = headers[layer.part].clone();
+pub(super) fn read(bytes: &mut [u8], request: &Request<'_>) -> Result<Reading, PictureError> {
+    let sampling = Sampling::take(bytes);
+    let reader = block::read(Cursor::new(&*bytes), false).map_err(failed)?;
+    let mut meta = reader.meta_data().clone();
+    sampling.restore(&mut meta);
+    let layer = chosen(&meta.headers, request.layer)?;
+    let header = meta.headers[layer.part].clone();
     if header.deep {
         return Err(broken(&"it has deep data; flatten it in the program that made it"));
     }
@@ -78,9 +81,11 @@ pub(super) fn read(bytes: &[u8], request: &Request<'_>) -> Result<Reading, Pictu
     let mut chunks = reader
         .filter_chunks(false, |_, tile, block| block.layer == layer.part && tile.level_index == whole)
         .map_err(failed)?;
-    let meta = chunks.meta_data().clone();
     while let Some(chunk) = chunks.read_next_chunk() {
-        let block = UncompressedBlock::decompress_chunk(chunk.map_err(failed)?, &meta, false).map_err(failed)?;
+        let block = sampling.unpack(chunk.map_err(failed)?, &mut meta).map_err(failed)?;
+        if (block.index.layer, block.index.level) != (layer.part, whole) {
+            return Err(broken(&"a block of it lies elsewhere"));
+        }
         copy(&block, &header, &wanted, &mut planes)?;
     }
     let weights = header.shared_attributes.chromaticities.and_then(|of| primaries(&of).weights()).unwrap_or(REC_709);

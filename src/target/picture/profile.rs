@@ -54,7 +54,25 @@ fn name_of(profile: &ColorProfile) -> String {
 }
 
 fn curve_of(curve: &ToneReprCurve) -> Option<Curve> {
-    Some(Curve::Profile(Arc::from(curve.make_linear_evaluator().ok()?)))
+    Some(match curve {
+        ToneReprCurve::Lut(values) => match values[..] {
+            [] => Curve::Power(1.0),
+            [gamma] => Curve::Power(f64::from(gamma) / 256.0),
+            _ => Curve::Sampled(values.iter().map(|v| f64::from(*v) / 65535.0).collect()),
+        },
+        // The forms of ICC.1:2022, 10.18, as the last of them.
+        ToneReprCurve::Parametric(numbers) => {
+            let numbers: Vec<f64> = numbers.iter().map(|v| f64::from(*v)).collect();
+            Curve::Parametric(match numbers[..] {
+                [g] => [g, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+                [g, a, b] => [g, a, b, 0.0, -b / a, 0.0, 0.0],
+                [g, a, b, c] => [g, a, b, 0.0, -b / a, c, c],
+                [g, a, b, c, d] => [g, a, b, c, d, 0.0, 0.0],
+                [g, a, b, c, d, e, f] => [g, a, b, c, d, e, f],
+                _ => return None,
+            })
+        }
+    })
 }
 
 /// Three curves, and how bright the three colours are in the profile's own white.
@@ -228,5 +246,10 @@ fn shares(store: &LutStore) -> Vec<f64> {
 }
 
 fn triples(store: &LutStore) -> Vec<[f32; 3]> {
-    shares(store).chunks_exact(3).map(|c| [c[0] as f32, c[1] as f32, c[2] as f32]).collect()
+    match store {
+        LutStore::Store8(values) => values.as_chunks::<3>().0.iter().map(|c| c.map(|v| f32::from(v) / 255.0)).collect(),
+        LutStore::Store16(values) => {
+            values.as_chunks::<3>().0.iter().map(|c| c.map(|v| f32::from(v) / 65535.0)).collect()
+        }
+    }
 }

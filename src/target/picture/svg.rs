@@ -15,12 +15,15 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Elements that a drawing may have once everything that it repeats is written out.
-const MOST_DRAWN: f64 = 300_000.0;
+/// Elements that a drawing may have once everything that it repeats is written out: so many, and so many for every one that is
+/// there.
+const MOST_DRAWN: f64 = 20_000.0;
+const MOST_REPEATED: f64 = 20.0;
+/// Elements that take as long as a sheet of its own, and dashes that take as long as an element.
+const SHEET: f64 = 20.0;
+const DASHES: f64 = 50.0;
 /// How deep elements may lie in one another.
 const MOST_DEEP: usize = 200;
-/// Pixels that an embedded picture may have.
-const MOST_EMBEDDED: usize = 50_000_000;
 /// Octaves of noise, radius in units of the drawing, numbers of a kernel that a filter may have.
 const MOST_OCTAVES: f64 = 16.0;
 const MOST_RADIUS: f64 = 50.0;
@@ -43,12 +46,12 @@ fn refused(what: String) -> PictureError {
 }
 
 /// Draws `width` pixels across; no side gets longer than `greatest_side`. `check` is asked whether a size and memory besides
-/// its light, bytes, are allowed.
+/// its light, bytes, are allowed; `memory` bounds pictures in the drawing.
 pub(super) fn read(
     bytes: &[u8],
     (width, greatest_side): (usize, usize),
-    background: Background,
-    transfer: Transfer,
+    (background, transfer): (Background, Transfer),
+    memory: u64,
     check: &dyn Fn((usize, usize), u64) -> Result<(), PictureError>,
 ) -> Result<Raster, PictureError> {
     let text = std::str::from_utf8(bytes).map_err(|_| broken(&"its text is no UTF-8"))?;
@@ -58,7 +61,7 @@ pub(super) fn read(
     let complaint = Mutex::new(None);
     let mut options = Options {
         image_href_resolver: ImageHrefResolver {
-            resolve_data: Box::new(|mime, data, _| embedded(mime, data, &complaint)),
+            resolve_data: Box::new(|mime, data, _| embedded(mime, data, memory, &complaint)),
             resolve_string: Box::new(|_, _| None),
         },
         ..Options::default()
@@ -93,7 +96,14 @@ pub(super) fn read(
 }
 
 /// A picture in the drawing, if it is not too large.
-fn embedded(mime: &str, data: Arc<Vec<u8>>, complaint: &Mutex<Option<PictureError>>) -> Option<ImageKind> {
+fn embedded(
+    mime: &str,
+    data: Arc<Vec<u8>>,
+    memory: u64,
+    complaint: &Mutex<Option<PictureError>>,
+) -> Option<ImageKind> {
+    // Its bytes, and those of the sheet that it is scaled on.
+    let most = memory / 16;
     let complain = |what: String| {
         *complaint.lock().unwrap_or_else(PoisonError::into_inner) = Some(refused(what));
         None
@@ -103,10 +113,10 @@ fn embedded(mime: &str, data: Arc<Vec<u8>>, complaint: &Mutex<Option<PictureErro
     };
     let reader = image::ImageReader::with_format(std::io::Cursor::new(data.as_slice()), format);
     match reader.into_dimensions() {
-        Ok((w, h)) if w as usize * h as usize <= MOST_EMBEDDED => {}
+        Ok((w, h)) if u64::from(w) * u64::from(h) <= most => {}
         Ok((w, h)) => {
             return complain(format!(
-                "has an embedded picture of {w} x {h} pixels; at most {MOST_EMBEDDED} are drawn: make it smaller"
+                "has an embedded picture of {w} x {h} pixels; at most {most} are drawn: make it smaller"
             ));
         }
         Err(error) => return complain(format!("has a broken embedded picture: {error}")),
@@ -121,9 +131,10 @@ fn embedded(mime: &str, data: Arc<Vec<u8>>, complaint: &Mutex<Option<PictureErro
 }
 
 /// What a drawing holds, looked through before any of it is drawn.
-#[derive(Default)]
 struct Survey {
     has_text: bool,
+    /// The shortest pattern of dashes, units of the drawing.
+    dash: f64,
     /// Most sheets that are drawn on at once.
     sheets: usize,
     passed_over: Vec<String>,
@@ -131,16 +142,18 @@ struct Survey {
 
 impl Survey {
     fn of(document: &Document<'_>) -> Result<Self, PictureError> {
-        let mut survey = Self::default();
+        let mut survey = Self { has_text: false, dash: f64::INFINITY, sheets: 0, passed_over: Vec::new() };
         for node in document.descendants() {
             survey.look(&node)?;
         }
         let ids = document.descendants().filter_map(|node| node.attribute("id").map(|id| (id, node))).collect();
-        let mut costs = Costs { ids, known: HashMap::new() };
+        let there = document.descendants().filter(Node::is_element).count() as f64;
+        let mut costs = Costs { ids, known: HashMap::new(), dash: survey.dash };
         let cost = costs.of(document.root_element(), 0)?;
-        if cost.elements > MOST_DRAWN {
+        let most = MOST_DRAWN + MOST_REPEATED * there;
+        if cost.elements > most {
             return Err(refused(format!(
-                "draws {:.0} elements once all that it repeats is written out; at most {MOST_DRAWN:.0} are drawn: simplify it",
+                "is as much work as {:.0} elements once all that it repeats is written out; at most {most:.0} are drawn: simplify it",
                 cost.elements
             )));
         }
@@ -157,14 +170,17 @@ impl Survey {
         let name = node.tag_name().name();
         let style = node.is_text() && node.parent_element().is_some_and(|of| of.tag_name().name() == "style");
         if style {
-            only_inside(node.text().unwrap_or_default())?;
+            self.style(node.text().unwrap_or_default())?;
         }
         for attribute in node.attributes() {
             let value = attribute.value().trim();
             if attribute.name() == "href" && name != "a" && !value.starts_with('#') && !value.starts_with("data:") && !value.is_empty() {
                 return Err(outside(value));
             }
-            only_inside(value)?;
+            if attribute.name() == "stroke-dasharray" {
+                self.dashes(value);
+            }
+            self.style(value)?;
         }
         match name {
             "text" => self.has_text = true,
@@ -180,6 +196,28 @@ impl Survey {
         }
         Ok(())
     }
+}
+
+impl Survey {
+    /// Looks at a style, or at what may be one.
+    fn style(&mut self, style: &str) -> Result<(), PictureError> {
+        for dashes in style.split("stroke-dasharray:").skip(1) {
+            self.dashes(dashes.split([';', '}']).next().unwrap_or_default());
+        }
+        only_inside(style)
+    }
+
+    fn dashes(&mut self, dashes: &str) {
+        let sum = numbers_of(dashes).sum::<f64>();
+        if sum > 0.0 {
+            self.dash = self.dash.min(sum);
+        }
+    }
+}
+
+/// The numbers in a text, without their signs.
+fn numbers_of(text: &str) -> impl Iterator<Item = f64> {
+    text.split(|c: char| !(c.is_ascii_digit() || c == '.')).filter_map(|part| part.parse::<f64>().ok())
 }
 
 /// Refuses numbers that would take a filter too long.
@@ -226,6 +264,8 @@ struct Costs<'a, 'input> {
     ids: HashMap<&'a str, Node<'a, 'input>>,
     /// `None` while it is being found: an element within itself.
     known: HashMap<Node<'a, 'input>, Option<Cost>>,
+    /// The shortest pattern of dashes.
+    dash: f64,
 }
 
 impl<'a, 'input> Costs<'a, 'input> {
@@ -241,6 +281,15 @@ impl<'a, 'input> Costs<'a, 'input> {
         };
         let mut cost = Cost { elements: 1.0, sheets: 0 };
         let mut own_sheets = 0;
+        if node.tag_name().name().starts_with("fe") {
+            cost.elements += SHEET;
+        }
+        if self.dash.is_finite() {
+            // No line is longer than the sum of its numbers, there and back.
+            let long = ["d", "points", "x1", "x2", "y1", "y2", "width", "height", "r", "rx", "ry"];
+            let length: f64 = long.iter().filter_map(|of| node.attribute(*of)).flat_map(numbers_of).sum();
+            cost.elements += 8.0 * length / self.dash / DASHES;
+        }
         for attribute in node.attributes() {
             let value = attribute.value();
             let name = attribute.name();
@@ -264,6 +313,7 @@ impl<'a, 'input> Costs<'a, 'input> {
             if mixes.iter().any(|of| name == *of || name == "style" && value.contains(of)) {
                 // Its own, that of a mask or a filter, and theirs.
                 own_sheets = 3;
+                cost.elements += SHEET;
             }
         }
         for child in node.children().filter(Node::is_element) {

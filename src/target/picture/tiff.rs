@@ -75,11 +75,12 @@ pub(super) fn open(bytes: &mut [u8], allowed: u64) -> Result<Sheet<'_>, PictureE
         }
         ColorType::CMYK(bits) => (Model::Cmyk, Alpha::None, 4, bits),
         ColorType::CMYKA(bits) => (Model::Cmyk, transparency, 5, bits),
-        ColorType::Lab(bits) => (Model::Grey, Alpha::None, 3, bits),
         other => return Err(broken(&format!("it has the colours {other:?}; save it as grey or RGB"))),
     };
+    if stride < model.channels() + usize::from(alpha != Alpha::None) {
+        return Err(broken(&"it has too few numbers a pixel"));
+    }
     let says = match file.get_tag_u8_vec(Tag::IccProfile) {
-        _ if matches!(colour, ColorType::Lab(_)) => Says::Lab,
         Ok(profile) if palette.is_none() => Says::Profile(profile),
         _ if float => Says::Float,
         _ => Says::Nothing,

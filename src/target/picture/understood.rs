@@ -145,6 +145,11 @@ impl Understood {
         (!said.is_empty()).then(|| format!("{nx} x {ny} pixels, {}", said.join(", ")))
     }
 
+    /// Whether it is a drawing, which has no pixels of its own.
+    pub fn is_drawing(&self) -> bool {
+        self.kind == "SVG"
+    }
+
     fn orientation(&self) -> String {
         let tag = if self.kind == "TIFF" { "" } else { "EXIF " };
         format!("{tag}orientation {}", self.orientation)
