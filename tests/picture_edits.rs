@@ -1,4 +1,5 @@
-//! Pictures on their way into a block: turned, cropped, shaded, and the same again from the side file.
+//! Pictures on their way into a block: turned, cropped, shaded, and the same again from the side
+//! file.
 
 #[path = "common/workshop.rs"]
 mod workshop;
@@ -28,7 +29,11 @@ fn a_picture_that_was_stored_sideways_makes_the_block_of_the_upright_one() {
     assert_eq!(upright.code, FINE, "{}", upright.err);
     assert!(!upright.out.contains("picture   "), "{}", upright.out);
     let turned = workshop.run(&format!("design turned6.png -o turned.stl {SMALL}"));
-    assert!(turned.out.contains("picture        26 x 18 pixels, turned upright (EXIF orientation 6)"), "{}", turned.out);
+    assert!(
+        turned.out.contains("picture        26 x 18 pixels, turned upright (EXIF orientation 6)"),
+        "{}",
+        turned.out
+    );
     assert!(block(&workshop, "upright.stl") == block(&workshop, "turned.stl"));
 }
 
@@ -37,7 +42,8 @@ fn an_edited_block_is_made_again_by_its_side_file_and_judged_by_the_edited_pictu
     let workshop = Workshop::new();
     workshop.draw_chiral_picture();
     let edits = "--crop 4,2,40,26 --rotate 90deg --flip horizontal --levels 0.1,0.95,1.2 --invert --background white";
-    let made = workshop.run(&format!("design chiral.png -o edited.stl {edits} --nodes 65 --size 40mm --distance 150mm"));
+    let made =
+        workshop.run(&format!("design chiral.png -o edited.stl {edits} --nodes 65 --size 40mm --distance 150mm"));
     assert_eq!(made.code, FINE, "{}", made.err);
     let said = "picture        26 x 40 pixels, cropped to 4,2,40,26, turned by 90deg clockwise, flipped horizontally, levels 0.1,0.95,1.2, inverted";
     assert!(made.out.contains(said), "{}", made.out);
@@ -59,7 +65,8 @@ fn an_edited_block_is_made_again_by_its_side_file_and_judged_by_the_edited_pictu
     assert_eq!(again.code, FINE, "{}", again.err);
     assert!(block(&workshop, "edited.stl") == block(&workshop, "again.stl"));
     // A flag goes before the file.
-    let upright = workshop.run("design edited.toml -o other.stl --no-verify --no-report --invert=false --rotate 180deg");
+    let upright =
+        workshop.run("design edited.toml -o other.stl --no-verify --no-report --invert=false --rotate 180deg");
     assert!(upright.out.contains("turned by 180deg clockwise") && !upright.out.contains("inverted"), "{}", upright.out);
 }
 
@@ -70,9 +77,17 @@ fn flat_pictures_are_refused_with_what_made_them_flat() {
         .save(workshop.path("logo.png"))
         .unwrap();
     image::GrayImage::from_pixel(40, 40, image::Luma([128])).save(workshop.path("grey.png")).unwrap();
-    image::GrayImage::from_fn(40, 40, |x, _| image::Luma([if x < 20 { 128 } else { 129 }])).save(workshop.path("faint.png")).unwrap();
-    image::GrayImage::from_fn(40, 40, |x, _| image::Luma([if x < 20 { 40 } else { 90 }])).save(workshop.path("dark.png")).unwrap();
-    workshop.refuses("design logo.png -o a.stl", REFUSED, &["the same light everywhere", "black", "--background white"]);
+    image::GrayImage::from_fn(40, 40, |x, _| image::Luma([if x < 20 { 128 } else { 129 }]))
+        .save(workshop.path("faint.png"))
+        .unwrap();
+    image::GrayImage::from_fn(40, 40, |x, _| image::Luma([if x < 20 { 40 } else { 90 }]))
+        .save(workshop.path("dark.png"))
+        .unwrap();
+    workshop.refuses(
+        "design logo.png -o a.stl",
+        REFUSED,
+        &["the same light everywhere", "black", "--background white"],
+    );
     workshop.refuses("preview logo.png", REFUSED, &["--background white"]);
     workshop.refuses("design grey.png -o a.stl", REFUSED, &["every pixel is 0.216 of white"]);
     workshop.refuses("design dark.png -o a.stl --levels 0.5,1", REFUSED, &["levels 0.5,1", "between 0.157 and 0.353"]);

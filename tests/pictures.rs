@@ -1,5 +1,6 @@
-//! Pictures of the kinds that people have, each against its light as numbers: tests/pictures/list.tsv names them, tests/pictures/make.py
-//! made them and their light with other encoders, from the formats' specifications.
+//! Pictures of the kinds that people have, each against its light as numbers:
+//! tests/pictures/list.tsv names them, tests/pictures/make.py made them and their light with other
+//! encoders, from the formats' specifications.
 
 use glasswarp::{
     grid::Field,
@@ -142,7 +143,8 @@ fn edits_are_done_to_the_upright_picture() {
 
 #[test]
 fn pictures_beyond_the_greatest_side_are_reduced_by_area() {
-    // Three pixels a block along x: 16384 < 33000 <= 3 * 16384. Written row by row, so that it is read so, too.
+    // Three pixels a block along x: 16384 < 33000 <= 3 * 16384. Written row by row, so that it is
+    // read so, too.
     let (nx, ny) = (33_000, 13);
     let value = |i: usize, j: usize| ((i * 7 + j * 31) % 256) as u8;
     let mut bytes = Vec::new();

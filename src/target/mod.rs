@@ -12,8 +12,8 @@ pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, End
 pub use framing::{Framing, FramingError, Vignette};
 pub use imperfect::{ImperfectLight, SourceSize};
 pub use picture::{
-    Background, Crop, EditError, Edits, Flip, Levels, Measure, Picture, PictureError, PictureOptions, Rotation, Transfer,
-    Understood,
+    Background, Crop, EditError, Edits, Flip, Levels, Measure, Picture, PictureError, PictureOptions, Rotation,
+    Transfer, Understood,
 };
 pub use psf::{Psf, PsfError, PsfPicture};
 

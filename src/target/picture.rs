@@ -1,9 +1,11 @@
-//! Pictures, from files of every kind that people have to light. docs/pictures.md says what each means.
+//! Pictures, from files of every kind that people have to light. docs/pictures.md says what each
+//! means.
 
 mod canvas;
 mod colour;
 mod decode;
 mod edits;
+mod error;
 mod exr;
 mod kind;
 mod primaries;
@@ -15,6 +17,7 @@ mod tiff;
 mod understood;
 
 pub use edits::{Background, Crop, EditError, Edits, Flip, Levels, Measure, Rotation};
+pub use error::PictureError;
 pub use understood::Understood;
 
 use crate::{grid::Field, target::TargetIrradiance};
@@ -24,14 +27,15 @@ use kind::Kind;
 use primaries::REC_709;
 use std::{
     fs::File,
-    io::{self, BufRead, BufReader, Seek},
+    io::{BufRead, BufReader, Seek},
     path::Path,
 };
 
 /// How the numbers in a picture become light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// Numbers are encoded for a screen (IEC 61966-2-1); the wall looks like the picture on that screen.
+    /// Numbers are encoded for a screen (IEC 61966-2-1); the wall looks like the picture on that
+    /// screen.
     Srgb,
     /// Numbers are light already.
     Linear,
@@ -61,156 +65,6 @@ impl Transfer {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     values: Field<f64>,
-}
-
-/// Why a picture cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum PictureError {
-    /// The file cannot be read.
-    #[error("the picture cannot be read: {0}")]
-    Io(io::Error),
-    /// The file is empty.
-    #[error("the file is empty")]
-    Empty,
-    /// The file is of no kind that is known.
-    #[error(
-        "the file is no picture of a kind that is read (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG): save it as PNG"
-    )]
-    Unknown,
-    /// The file is of a kind that is known and not read.
-    #[error("{kind} files are not read: convert it first, for instance with '{command}'")]
-    Foreign {
-        /// The kind.
-        kind: &'static str,
-        /// What makes a picture of it that is read.
-        command: &'static str,
-    },
-    /// The file is broken, or of a variety that is not read.
-    #[error("the {kind} file is broken or of an unusual kind: {says}")]
-    Broken {
-        /// What it is otherwise.
-        kind: &'static str,
-        /// What its decoder says.
-        says: String,
-    },
-    /// Colours that are described by numbers without a meaning here.
-    #[error("the cICP chunk of the PNG file names {what}; save it as sRGB, or say how to read it (--transfer)")]
-    Coded {
-        /// What it names.
-        what: String,
-    },
-    /// Several layers, and none of them asked for.
-    #[error("the OpenEXR file has several layers of colour, {known}: choose one (--layer)")]
-    Layers {
-        /// The layers.
-        known: String,
-    },
-    /// No layer of that name.
-    #[error("the OpenEXR file has no layer '{asked}' (--layer); it has {known}")]
-    NoLayer {
-        /// What was asked for.
-        asked: String,
-        /// What there is.
-        known: String,
-    },
-    /// Depth, ids and the like alone.
-    #[error("the OpenEXR file has no layer of colour (R, G, B or Y); its channels are {known}: choose one (--layer)")]
-    NoColour {
-        /// The channels.
-        known: String,
-    },
-    /// A layer was asked for where there are none.
-    #[error("--layer {asked} chooses a layer of an OpenEXR file, and the picture is {kind}")]
-    NotLayered {
-        /// What was asked for.
-        asked: String,
-        /// What the picture is.
-        kind: &'static str,
-    },
-    /// A drawing that is not drawn.
-    #[error("the SVG file {what}")]
-    Drawing {
-        /// What it has.
-        what: String,
-    },
-    /// A part that is not in the picture.
-    #[error(
-        "--crop cuts out {width} x {height} pixels from column {x}, row {y}, and the picture has {nx} x {ny}: the part must lie within it and have at least {least} pixels along each side"
-    )]
-    Crop {
-        /// First column.
-        x: usize,
-        /// First row.
-        y: usize,
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// Columns of the picture.
-        nx: usize,
-        /// Rows of the picture.
-        ny: usize,
-        /// Least number of either.
-        least: usize,
-    },
-    /// The same light everywhere.
-    #[error("the picture is the same light everywhere, so that there is nothing to draw: {why}")]
-    Flat {
-        /// What made it so.
-        why: String,
-    },
-    /// A number that is not a light.
-    #[error("the pixel at column {column}, row {row} is {value}; light is finite and never negative")]
-    Value {
-        /// Column of the pixel.
-        column: usize,
-        /// Row of the pixel, 0 on top.
-        row: usize,
-        /// Its value.
-        value: f64,
-    },
-    /// More memory than was allowed.
-    #[error(
-        "the picture has {width} x {height} pixels, which take {} MB of memory to read, and {} MB are allowed: make it smaller",
-        needed.div_ceil(1 << 20), allowed >> 20
-    )]
-    Memory {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// Bytes that it takes.
-        needed: u64,
-        /// Bytes that it may take.
-        allowed: u64,
-    },
-    /// Too few or too many pixels.
-    #[error("the picture has {width} x {height} pixels; it needs between {least} and {greatest} along each side")]
-    Size {
-        /// Columns.
-        width: usize,
-        /// Rows.
-        height: usize,
-        /// Least number of either.
-        least: usize,
-        /// Greatest number of either.
-        greatest: usize,
-    },
-}
-
-impl PictureError {
-    fn broken(kind: &'static str, says: &dyn std::fmt::Display) -> Self {
-        Self::Broken { kind, says: says.to_string() }
-    }
-
-    /// Whether the file itself is at fault, and not what is asked of it.
-    pub fn is_of_the_file(&self) -> bool {
-        matches!(
-            self,
-            Self::Io(_) | Self::Empty | Self::Unknown | Self::Foreign { .. } | Self::Broken { .. } | Self::Drawing { .. }
-        )
-    }
 }
 
 /// Bytes of a pixel as light.
@@ -250,14 +104,15 @@ impl PictureOptions {
     /// Reads a picture of any kind that is known, told by its content, and how it was understood.
     ///
     /// # Errors
-    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not fit.
+    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not
+    /// fit.
     pub fn open(&self, path: &Path) -> Result<(Picture, Understood), PictureError> {
         let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
         self.read(BufReader::with_capacity(kind::HEAD, File::open(path).map_err(PictureError::Io)?))
     }
 
-    /// The same from anything that can be read, a file in memory for instance. A picture that would take more memory than
-    /// allowed is refused before it is decoded.
+    /// The same from anything that can be read, a file in memory for instance. A picture that would
+    /// take more memory than allowed is refused before it is decoded.
     ///
     /// # Errors
     /// Those of [`open`](Self::open), and [`PictureError::Memory`].
@@ -372,7 +227,10 @@ impl PictureOptions {
 
     #[cfg(not(feature = "svg"))]
     fn read_svg(&self, _: &[u8]) -> Result<(Field<f64>, Understood), PictureError> {
-        Err(PictureError::Foreign { kind: Kind::Svg.name(), command: "rsvg-convert -w 1024 picture.svg -o picture.png" })
+        Err(PictureError::Foreign {
+            kind: Kind::Svg.name(),
+            command: "rsvg-convert -w 1024 picture.svg -o picture.png",
+        })
     }
 
     /// Whether a picture of this size may be read, which takes so many bytes besides its light.
@@ -392,8 +250,8 @@ impl PictureOptions {
 impl Picture {
     /// Greatest number of pixels along a side; pictures with more are reduced as they are read.
     pub const GREATEST_SIDE: usize = 16_384;
-    /// Memory that reading takes at most unless told otherwise, bytes: enough for the greatest picture with 8 bits per colour
-    /// and alpha.
+    /// Memory that reading takes at most unless told otherwise, bytes: enough for the greatest
+    /// picture with 8 bits per colour and alpha.
     pub const MEMORY: u64 = 4 << 30;
 
     /// Takes linear light on a 0..1 scale, row 0 on top.

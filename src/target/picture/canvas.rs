@@ -1,4 +1,5 @@
-//! Where light is gathered while a picture is decoded row by row: upright, and in as few pixels as a picture may have.
+//! Where light is gathered while a picture is decoded row by row: upright, and in as few pixels as
+//! a picture may have.
 
 use super::{
     PictureError,
@@ -7,7 +8,8 @@ use super::{
 use crate::grid::Field;
 use rayon::prelude::*;
 
-/// An orientation as EXIF numbers it: where the rows and columns of the stored picture lie in the upright one.
+/// An orientation as EXIF numbers it: where the rows and columns of the stored picture lie in the
+/// upright one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Orientation(u8);
 
@@ -162,7 +164,8 @@ mod tests {
 
     #[test]
     fn orientations_are_those_of_exif() {
-        // Where EXIF says that row 0 and column 0 of the stored picture are, seen upright: a picture of 3 by 2.
+        // Where EXIF says that row 0 and column 0 of the stored picture are, seen upright: a
+        // picture of 3 by 2.
         let corners = [
             (1, (0, 0), (2, 0)),
             (2, (2, 0), (0, 0)),

@@ -84,7 +84,11 @@ impl Curve {
                 values[k] + (at - k as f64) * (values[k + 1] - values[k])
             }
             Self::Parametric([g, a, b, c, d, e, f]) => {
-                if value < *d { c * value + f } else { (a * value + b).max(0.0).powf(*g) + e }
+                if value < *d {
+                    c * value + f
+                } else {
+                    (a * value + b).max(0.0).powf(*g) + e
+                }
             }
         }
     }
@@ -137,7 +141,9 @@ impl Says {
         }
         Ok(match self {
             Self::Nothing | Self::Srgb => srgb(),
-            Self::Float => curve(Curve::Transfer(Transfer::Linear), REC_709, "linear light, as floats are".into(), false),
+            Self::Float => {
+                curve(Curve::Transfer(Transfer::Linear), REC_709, "linear light, as floats are".into(), false)
+            }
             Self::Profile(bytes) => match profile::read(bytes, model) {
                 Ok((lightness, name)) => {
                     let plain = name.starts_with("sRGB");
@@ -166,7 +172,9 @@ impl Says {
                     Some(gamma) if (*gamma - 1.0).abs() < 1e-9 => {
                         curve(Curve::Transfer(Transfer::Linear), weights, format!("linear light by its {by}"), false)
                     }
-                    Some(gamma) => curve(Curve::Power(1.0 / gamma), weights, format!("gamma {gamma} by its {by}"), false),
+                    Some(gamma) => {
+                        curve(Curve::Power(1.0 / gamma), weights, format!("gamma {gamma} by its {by}"), false)
+                    }
                     None if model == Model::Grey => srgb(),
                     None => curve(
                         Curve::Transfer(Transfer::Srgb),
@@ -210,7 +218,8 @@ pub(super) struct Lamp {
     lightness: Lightness,
     /// Light behind transparent parts.
     background: f64,
-    /// Light of every integer, where numbers are integers: the greatest one, and a table for each colour.
+    /// Light of every integer, where numbers are integers: the greatest one, and a table for each
+    /// colour.
     known: Option<(f64, [Vec<f64>; 3])>,
     stride: usize,
 }
@@ -225,7 +234,8 @@ pub(super) struct Shown {
 }
 
 impl Lamp {
-    /// `greatest` is the integer that stands for 1, if numbers are integers; `stride` numbers lie from pixel to pixel.
+    /// `greatest` is the integer that stands for 1, if numbers are integers; `stride` numbers lie
+    /// from pixel to pixel.
     pub(super) fn new(
         (model, alpha, stride): (Model, Alpha, usize),
         greatest: Option<u16>,

@@ -122,10 +122,9 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
         Says::Srgb
     } else {
         let gamma = info.gama_chunk.map(scaled).filter(|gamma| *gamma > 0.0);
-        let primaries = info.chrm_chunk.map(|of| Primaries {
-            rgb: [of.red, of.green, of.blue].map(chromaticity),
-            white: chromaticity(of.white),
-        });
+        let primaries = info
+            .chrm_chunk
+            .map(|of| Primaries { rgb: [of.red, of.green, of.blue].map(chromaticity), white: chromaticity(of.white) });
         if gamma.is_none() && primaries.is_none() { Says::Nothing } else { Says::Gamma { gamma, primaries } }
     };
     let orientation = orientation_of(exif);
@@ -239,7 +238,8 @@ fn open_jpeg(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     })
 }
 
-/// Whether a JPEG goes on to its end marker. Behind it there may be anything: phones put a film there.
+/// Whether a JPEG goes on to its end marker. Behind it there may be anything: phones put a film
+/// there.
 fn is_whole(bytes: &[u8]) -> bool {
     let mut at = 2;
     loop {
@@ -260,7 +260,8 @@ fn jpeg_options() -> DecoderOptions {
     DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX)
 }
 
-/// The first three inks of YCCK are the complements of what their YCbCr is in RGB (Adobe technical note 5116).
+/// The first three inks of YCCK are the complements of what their YCbCr is in RGB (Adobe technical
+/// note 5116).
 fn cmyk_of_ycck([y, cb, cr, k]: [u8; 4]) -> [u8; 4] {
     let (y, cb, cr) = (f32::from(y), f32::from(cb) - 128.0, f32::from(cr) - 128.0);
     let rgb = [y + 1.402 * cr, y - 0.344_136 * cb - 0.714_136 * cr, y + 1.772 * cb];
@@ -268,7 +269,8 @@ fn cmyk_of_ycck([y, cb, cr, k]: [u8; 4]) -> [u8; 4] {
     [c, m, y, k]
 }
 
-/// Whether there is an APP14 segment of Adobe's, which tells that inks are stored the other way round.
+/// Whether there is an APP14 segment of Adobe's, which tells that inks are stored the other way
+/// round.
 fn has_adobe_marker(bytes: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker, high, low]) = bytes.get(at..at + 4).and_then(|b| b.first_chunk::<4>()) {

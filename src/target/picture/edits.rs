@@ -72,7 +72,8 @@ pub enum Flip {
     Vertical,
 }
 
-/// What becomes black and white, on the scale of image editors (0..1, the curve of sRGB), and how light lies in between.
+/// What becomes black and white, on the scale of image editors (0..1, the curve of sRGB), and how
+/// light lies in between.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Levels {
     black: f64,
@@ -110,7 +111,9 @@ impl Levels {
     /// Black and white out of 0..1 or the wrong way round, or a gamma out of range.
     pub fn new(black: f64, white: f64, gamma: f64) -> Result<Self, EditError> {
         if !((0.0..=1.0).contains(&black) && (0.0..=1.0).contains(&white)) {
-            return Err(EditError(format!("levels {black},{white} are out of range: black and white lie between 0 and 1")));
+            return Err(EditError(format!(
+                "levels {black},{white} are out of range: black and white lie between 0 and 1"
+            )));
         }
         if black >= white {
             return Err(EditError(format!(
@@ -119,7 +122,9 @@ impl Levels {
         }
         if !Self::GAMMA.contains(&gamma) {
             let (least, most) = (Self::GAMMA.start(), Self::GAMMA.end());
-            return Err(EditError(format!("the gamma of the levels is {gamma}; it must lie between {least} and {most}")));
+            return Err(EditError(format!(
+                "the gamma of the levels is {gamma}; it must lie between {least} and {most}"
+            )));
         }
         Ok(Self { black, white, gamma })
     }
@@ -143,7 +148,8 @@ impl Crop {
     fn within(&self, (nx, ny): (usize, usize)) -> Result<[usize; 4], PictureError> {
         let (x, y) = (self.x.pixels(nx), self.y.pixels(ny));
         let (width, height) = (self.width.pixels(nx), self.height.pixels(ny));
-        let fits = x.checked_add(width).is_some_and(|end| end <= nx) && y.checked_add(height).is_some_and(|end| end <= ny);
+        let fits =
+            x.checked_add(width).is_some_and(|end| end <= nx) && y.checked_add(height).is_some_and(|end| end <= ny);
         if !fits || width.min(height) < TargetIrradiance::LEAST_CELLS {
             return Err(PictureError::Crop { x, y, width, height, nx, ny, least: TargetIrradiance::LEAST_CELLS });
         }
@@ -211,16 +217,15 @@ impl FromStr for Background {
     fn from_str(text: &str) -> Result<Self, EditError> {
         let hex = |text: &str| {
             let byte = |k: usize| u8::from_str_radix(text.get(k..k + 2)?, 16).ok();
-            (text.len() == 6 && text.bytes().all(|b| b.is_ascii_hexdigit())).then(|| Some([byte(0)?, byte(2)?, byte(4)?]))?
+            (text.len() == 6 && text.bytes().all(|b| b.is_ascii_hexdigit()))
+                .then(|| Some([byte(0)?, byte(2)?, byte(4)?]))?
         };
         match text.trim() {
             "black" => Ok(Self::default()),
             "white" => Ok(Self::WHITE),
-            other => other
-                .strip_prefix('#')
-                .and_then(hex)
-                .map(Self::of)
-                .ok_or_else(|| EditError(format!("'{text}' is no background; write black, white or a colour as #rrggbb"))),
+            other => other.strip_prefix('#').and_then(hex).map(Self::of).ok_or_else(|| {
+                EditError(format!("'{text}' is no background; write black, white or a colour as #rrggbb"))
+            }),
         }
     }
 }
@@ -374,7 +379,8 @@ mod tests {
         assert!("1,2,3".parse::<Crop>().is_err() && "1,2,3,-4".parse::<Crop>().is_err());
         assert!("0,0,101%,100%".parse::<Crop>().is_err() && "45deg".parse::<Rotation>().is_err());
         assert!("#12345".parse::<Background>().is_err() && "#+1+2+3".parse::<Background>().is_err());
-        for (levels, word) in [("0.9,0.1", "--invert"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")] {
+        for (levels, word) in [("0.9,0.1", "--invert"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")]
+        {
             assert!(levels.parse::<Levels>().unwrap_err().to_string().contains(word), "{levels}");
         }
     }
@@ -388,7 +394,8 @@ mod tests {
             ..Edits::default()
         };
         let placed = edits.place(numbered()).unwrap();
-        // Turned clockwise, the top row (10 to 13) becomes the right column, from top to bottom; flipped, from bottom to top.
+        // Turned clockwise, the top row (10 to 13) becomes the right column, from top to bottom;
+        // flipped, from bottom to top.
         assert_eq!((0..4).map(|j| (100.0 * placed[(3, 3 - j)]).round()).collect::<Vec<_>>(), [10.0, 11.0, 12.0, 13.0]);
         for (rotation, corner) in [(Rotation::Right, 40), (Rotation::Half, 43), (Rotation::Left, 3)] {
             let turned = Edits { rotate: Some(rotation), ..Edits::default() }.place(numbered()).unwrap();

@@ -117,7 +117,8 @@ pub(super) fn read(bytes: &mut [u8], request: &Request<'_>) -> Result<Reading, P
             let shown = match place(i, j) {
                 None => Shown { light: request.background, colour: 0.0, alpha: 0.0 },
                 Some(at) => {
-                    let (colour, alpha) = (colour(at) / scale, alpha.map_or(1.0, |of| f64::from(of[at]).clamp(0.0, 1.0)));
+                    let (colour, alpha) =
+                        (colour(at) / scale, alpha.map_or(1.0, |of| f64::from(of[at]).clamp(0.0, 1.0)));
                     Shown { light: colour + (1.0 - alpha) * request.background, colour, alpha }
                 }
             };
@@ -133,7 +134,8 @@ fn primaries(of: &Chromaticities) -> Primaries {
     Primaries { rgb: [at(of.red), at(of.green), at(of.blue)], white: at(of.white) }
 }
 
-/// Copies the channels that are wanted. Lines hold one channel after the other; those with fewer samples have fewer lines.
+/// Copies the channels that are wanted. Lines hold one channel after the other; those with fewer
+/// samples have fewer lines.
 fn copy(
     block: &UncompressedBlock,
     header: &Header,
@@ -150,8 +152,7 @@ fn copy(
                 continue;
             }
             let n = size.0 / channel.sampling.0;
-            let (line, rest) =
-                data.split_at_checked(n * channel.sample_type.bytes_per_sample()).ok_or_else(short)?;
+            let (line, rest) = data.split_at_checked(n * channel.sample_type.bytes_per_sample()).ok_or_else(short)?;
             data = rest;
             let Some(plane) = wanted.iter().position(|of| *of == k) else { continue };
             let start = row * nx + position.0;
@@ -191,7 +192,9 @@ fn chosen(headers: &[Header], asked: Option<&str>) -> Result<Layer, PictureError
         let channels = names.iter().enumerate().flat_map(|(part, of)| (0..of.len()).map(move |k| (part, k)));
         let found = layers.iter().find(|layer| layer.name == asked).cloned();
         return found
-            .or_else(|| channels.into_iter().find(|(part, k)| names[*part][*k] == asked).map(|(part, k)| single(part, k)))
+            .or_else(|| {
+                channels.into_iter().find(|(part, k)| names[*part][*k] == asked).map(|(part, k)| single(part, k))
+            })
             .ok_or_else(|| PictureError::NoLayer { asked: asked.into(), known: known(&layers, &names) });
     }
     if let Some(layer) = layers.iter().find(|layer| layer.name.is_empty()) {
@@ -217,7 +220,8 @@ fn known(layers: &[Layer], names: &[Vec<String>]) -> String {
     all.iter().take(MOST).map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ") + &more
 }
 
-/// Full names of the channels of a part: those without a layer belong to the layer that the part is named for.
+/// Full names of the channels of a part: those without a layer belong to the layer that the part is
+/// named for.
 fn names(header: &Header) -> Vec<String> {
     let part = header.own_attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
     let full = |channel: &ChannelDescription| {
@@ -231,14 +235,17 @@ fn names(header: &Header) -> Vec<String> {
 fn colour_layers(names: &[Vec<String>]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     for (part, of) in names.iter().enumerate() {
-        let split = |name: &str| name.rsplit_once('.').map_or((String::new(), name.to_owned()), |(a, b)| (a.into(), b.into()));
+        let split =
+            |name: &str| name.rsplit_once('.').map_or((String::new(), name.to_owned()), |(a, b)| (a.into(), b.into()));
         let parts: Vec<(String, String)> = of.iter().map(|name| split(name)).collect();
         let mut seen: Vec<&str> = parts.iter().map(|(layer, _)| layer.as_str()).collect();
         seen.sort_unstable();
         seen.dedup();
         for layer in seen {
             let find = |known: &[&str]| {
-                parts.iter().position(|(of, name)| of == layer && known.iter().any(|known| name.eq_ignore_ascii_case(known)))
+                parts
+                    .iter()
+                    .position(|(of, name)| of == layer && known.iter().any(|known| name.eq_ignore_ascii_case(known)))
             };
             let rgb = [find(&["R", "red"]), find(&["G", "green"]), find(&["B", "blue"])];
             let colours = match rgb {
@@ -275,7 +282,8 @@ mod tests {
 
     #[test]
     fn layers_are_named_as_blender_names_them() {
-        let found = layers(&["ViewLayer.Combined.A", "ViewLayer.Combined.B", "ViewLayer.Combined.G", "ViewLayer.Combined.R"]);
+        let found =
+            layers(&["ViewLayer.Combined.A", "ViewLayer.Combined.B", "ViewLayer.Combined.G", "ViewLayer.Combined.R"]);
         assert_eq!(found, [("ViewLayer.Combined".to_owned(), 3, true)]);
         assert_eq!(layers(&["a.R", "a.G", "a.B", "b.Y"]).len(), 2);
     }

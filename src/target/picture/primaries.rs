@@ -6,7 +6,8 @@ use glam::{DMat3, DVec2, DVec3};
 pub(super) const REC_709: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
 /// Bradford's cone responses, by which ICC adapts whites.
-const BRADFORD: DMat3 = DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
+const BRADFORD: DMat3 =
+    DMat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
 
 /// White of the ICC connection space.
 pub(super) const D50: DVec3 = DVec3::new(0.9642, 1.0, 0.8249);
@@ -47,7 +48,8 @@ impl Primaries {
         })
     }
 
-    /// Luminance of each primary at full, such that white is 1. `None` if these primaries make no white.
+    /// Luminance of each primary at full, such that white is 1. `None` if these primaries make no
+    /// white.
     pub(super) fn weights(&self) -> Option<[f64; 3]> {
         // Tristimulus values of unit x + y + z.
         let xyz = |at: DVec2| DVec3::new(at.x, at.y, 1.0 - at.x - at.y);

@@ -1,5 +1,5 @@
-//! ICC profiles: the luminance of numbers in a picture. `moxcms` takes the file apart; its transforms end in another
-//! device's colours, while what is wanted here is the light itself.
+//! ICC profiles: the luminance of numbers in a picture. `moxcms` takes the file apart; its
+//! transforms end in another device's colours, while what is wanted here is the light itself.
 
 use super::{
     colour::{Curve, Lightness, Model},

@@ -1,5 +1,5 @@
-//! OpenEXR channels with fewer samples than pixels, as those of luminance and chroma. The `exr` crate can unpack them, but refuses
-//! the heads of such files; so it is shown a head without them.
+//! OpenEXR channels with fewer samples than pixels, as those of luminance and chroma. The `exr`
+//! crate can unpack them, but refuses the heads of such files; so it is shown a head without them.
 
 use ::exr::{
     block::{UncompressedBlock, chunk::Chunk},
@@ -11,12 +11,14 @@ use ::exr::{
 const ATTRIBUTES: usize = 8;
 const CHANNEL_LIST: &[u8] = b"chlist";
 
-/// How many pixels apart the samples of channels are, by the number of the channel in a file of one part.
+/// How many pixels apart the samples of channels are, by the number of the channel in a file of one
+/// part.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Sampling(Vec<Option<Vec2<usize>>>);
 
 impl Sampling {
-    /// Takes the sampling out of a file's head, so that every channel seems to have a sample for every pixel.
+    /// Takes the sampling out of a file's head, so that every channel seems to have a sample for
+    /// every pixel.
     pub(super) fn take(bytes: &mut [u8]) -> Self {
         Self::find(bytes).unwrap_or_default()
     }

@@ -1,5 +1,5 @@
-//! Drawings, rasterised at what the nodes of a face can draw. Nothing outside of the file is read, and nothing in it may cost
-//! time or memory out of proportion to it.
+//! Drawings, rasterised at what the nodes of a face can draw. Nothing outside of the file is read,
+//! and nothing in it may cost time or memory out of proportion to it.
 
 use super::{Background, PictureError, Transfer};
 use crate::grid::Field;
@@ -15,8 +15,8 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-/// Elements that a drawing may have once everything that it repeats is written out: so many, and so many for every one that is
-/// there.
+/// Elements that a drawing may have once everything that it repeats is written out: so many, and so
+/// many for every one that is there.
 const MOST_DRAWN: f64 = 20_000.0;
 const MOST_REPEATED: f64 = 20.0;
 /// Elements that take as long as a sheet of its own, and dashes that take as long as an element.
@@ -45,8 +45,9 @@ fn refused(what: String) -> PictureError {
     PictureError::Drawing { what }
 }
 
-/// Draws `width` pixels across; no side gets longer than `greatest_side`. `check` is asked whether a size and memory besides
-/// its light, bytes, are allowed; `memory` bounds pictures in the drawing.
+/// Draws `width` pixels across; no side gets longer than `greatest_side`. `check` is asked whether
+/// a size and memory besides its light, bytes, are allowed; `memory` bounds pictures in the
+/// drawing.
 pub(super) fn read(
     bytes: &[u8],
     (width, greatest_side): (usize, usize),
@@ -96,12 +97,7 @@ pub(super) fn read(
 }
 
 /// A picture in the drawing, if it is not too large.
-fn embedded(
-    mime: &str,
-    data: Arc<Vec<u8>>,
-    memory: u64,
-    complaint: &Mutex<Option<PictureError>>,
-) -> Option<ImageKind> {
+fn embedded(mime: &str, data: Arc<Vec<u8>>, memory: u64, complaint: &Mutex<Option<PictureError>>) -> Option<ImageKind> {
     // Its bytes, and those of the sheet that it is scaled on.
     let most = memory / 16;
     let complain = |what: String| {
@@ -174,7 +170,12 @@ impl Survey {
         }
         for attribute in node.attributes() {
             let value = attribute.value().trim();
-            if attribute.name() == "href" && name != "a" && !value.starts_with('#') && !value.starts_with("data:") && !value.is_empty() {
+            if attribute.name() == "href"
+                && name != "a"
+                && !value.starts_with('#')
+                && !value.starts_with("data:")
+                && !value.is_empty()
+            {
                 return Err(outside(value));
             }
             if attribute.name() == "stroke-dasharray" {
@@ -228,7 +229,9 @@ fn within(node: &Node<'_, '_>, name: &str, most: f64, join: fn(f64, f64) -> f64)
     let value = join(first, numbers.next().unwrap_or(first));
     if value > most {
         let kind = node.tag_name().name();
-        return Err(refused(format!("has a filter {kind} whose {name} is {text}; at most {most} is drawn: make it smaller")));
+        return Err(refused(format!(
+            "has a filter {kind} whose {name} is {text}; at most {most} is drawn: make it smaller"
+        )));
     }
     Ok(())
 }
@@ -249,7 +252,9 @@ fn only_inside(style: &str) -> Result<(), PictureError> {
 
 fn outside(name: &str) -> PictureError {
     let short: String = name.chars().filter(|c| !c.is_control()).take(80).collect();
-    refused(format!("refers to another file, '{short}', which is not read: embed it (in Inkscape: Extensions > Images > Embed)"))
+    refused(format!(
+        "refers to another file, '{short}', which is not read: embed it (in Inkscape: Extensions > Images > Embed)"
+    ))
 }
 
 /// What drawing an element takes.

@@ -1,4 +1,5 @@
-//! TIFF, with the decoder of `image` itself: `image` refuses grey floats, palettes and much else that it can read.
+//! TIFF, with the decoder of `image` itself: `image` refuses grey floats, palettes and much else
+//! that it can read.
 
 use super::{
     PictureError,

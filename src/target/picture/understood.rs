@@ -92,8 +92,9 @@ impl Understood {
     /// What made the picture flat.
     fn flattened(&self) -> String {
         let flat = |stage: Stage| self.seen.iter().any(|(of, range)| *of == stage && spread(*range) < FLAT);
-        let share = |light: f64| format!("{:.3} of white", light);
-        let range = |stage: Stage| self.seen.iter().find(|(of, _)| *of == stage).map_or((0.0, 0.0), |(_, range)| *range);
+        let share = |light: f64| if light > 0.0 { format!("{light:.3} of white") } else { "black".into() };
+        let range =
+            |stage: Stage| self.seen.iter().find(|(of, _)| *of == stage).map_or((0.0, 0.0), |(_, range)| *range);
         if flat(Stage::Read) {
             let (alpha, colour) = (self.spread.alpha, self.spread.colour);
             return match self.background {
@@ -110,7 +111,10 @@ impl Understood {
         }
         if flat(Stage::Placed) {
             let crop = self.edits.crop.map(|crop| crop.to_string()).unwrap_or_default();
-            return format!("the part that is cut out of it (--crop {crop}) is {} all over", share(range(Stage::Placed).1));
+            return format!(
+                "the part that is cut out of it (--crop {crop}) is {} all over",
+                share(range(Stage::Placed).1)
+            );
         }
         if flat(Stage::Shaded) {
             let levels = self.edits.levels.map(|levels| levels.to_string()).unwrap_or_default();
@@ -125,7 +129,8 @@ impl Understood {
         "its frame leaves nothing of it (--margin, --vignette)".into()
     }
 
-    /// What was not plain about the picture, in one line; `None` if it was an upright picture of sRGB, used as it is.
+    /// What was not plain about the picture, in one line; `None` if it was an upright picture of
+    /// sRGB, used as it is.
     pub fn line(&self) -> Option<String> {
         let mut said = Vec::new();
         if self.orientation != 1 {
