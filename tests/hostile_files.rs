@@ -18,7 +18,7 @@ use glasswarp::{
     grid::{Extent, Field, Outline},
     solid::{Solid, Stock},
     surface::HeightField,
-    target::{Picture, PictureError},
+    target::{Picture, PictureError, PictureOptions},
 };
 use glasswarp_verify::{
     PhotonTally,
@@ -155,8 +155,13 @@ fn exr_memory(length: usize) -> usize {
 /// What a picture may take here; the program allows what the machine has.
 const PICTURE_MEMORY: u64 = 32 << 20;
 
+fn read_within(bytes: &[u8]) -> Result<Picture, PictureError> {
+    let options = PictureOptions { memory: PICTURE_MEMORY, drawing_width: 64, ..PictureOptions::default() };
+    options.read(Cursor::new(bytes)).map(|(picture, _)| picture)
+}
+
 fn read_picture(bytes: &[u8]) -> Read {
-    Read::of(Picture::read(Cursor::new(bytes), None, PICTURE_MEMORY))
+    Read::of(read_within(bytes))
 }
 
 /// Decoders hold rows, blocks and tables besides the picture.
@@ -165,7 +170,11 @@ fn picture_memory(length: usize) -> usize {
 }
 
 fn corpus_of(extensions: &[&str]) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/corpus");
+    files_of("tests/corpus", extensions)
+}
+
+fn files_of(folder: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     paths.retain(|path| extensions.iter().any(|wanted| path.extension().is_some_and(|found| found == *wanted)));
     paths.sort();
@@ -173,8 +182,16 @@ fn corpus_of(extensions: &[&str]) -> Vec<Vec<u8>> {
     paths.iter().map(|path| fs::read(path).unwrap()).collect()
 }
 
+/// The pictures of tests/pictures that are read: with profiles, orientation, layers.
+fn kinds_of(extensions: &[&str]) -> Vec<Vec<u8>> {
+    let mut files = files_of("tests/pictures", extensions);
+    files.retain(|file| matches!(read_picture(file), Read::Taken));
+    assert!(!files.is_empty());
+    files
+}
+
 fn pictures(name: &str, extensions: &[&str], mend: Option<fn(&mut Vec<u8>)>) {
-    let corpus = corpus_of(extensions);
+    let corpus = [corpus_of(extensions), kinds_of(extensions)].concat();
     Target { name, corpus, mend, memory: picture_memory }.run(cases(4000), read_picture);
 }
 
@@ -195,7 +212,7 @@ fn pictures_jpeg() {
 
 #[test]
 fn pictures_tiff() {
-    let corpus = corpus_of(&["tif"]);
+    let corpus = [corpus_of(&["tif"]), kinds_of(&["tif"])].concat();
     Target { name: "picture, TIFF", corpus, mend: None, memory: tiff_memory }.run(cases(4000), read_picture);
 }
 
@@ -216,18 +233,26 @@ fn pictures_bmp() {
 
 #[test]
 fn pictures_pnm() {
-    pictures("picture, PNM", &["ppm", "pgm"], None);
+    pictures("picture, PNM", &["ppm", "pgm", "pam", "pbm"], None);
+}
+
+#[test]
+fn pictures_svg() {
+    let corpus = kinds_of(&["svg"]);
+    let target = Target { name: "picture, SVG", corpus, mend: None, memory: picture_memory };
+    target.run(cases(1500), read_picture);
 }
 
 #[test]
 fn pictures_exr() {
-    let corpus =
+    let written: Vec<_> =
         [Compression::Uncompressed, Compression::RLE, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
             .into_iter()
             .flat_map(|compression| {
                 [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
             })
             .collect();
+    let corpus = [written, kinds_of(&["exr"])].concat();
     let target = Target { name: "picture, OpenEXR", corpus, mend: None, memory: picture_memory };
     target.run(cases(3000), read_picture);
 }
@@ -395,11 +420,11 @@ fn pictures_that_claim_more_than_is_allowed_are_refused_before_they_are_decoded(
         exr
     };
     for (name, bytes) in [("PNG", png), ("BMP", bmp), ("GIF", gif), ("OpenEXR", exr)] {
-        match Picture::read(Cursor::new(bytes), None, PICTURE_MEMORY) {
+        match read_within(&bytes) {
             Err(PictureError::Memory { width: 16_384, height: 16_384, .. }) => {}
             other => panic!("{name}: {other:?}"),
         }
     }
-    let pnm = Picture::read(Cursor::new(b"P5 4000000000 4000000000 255\n1"), None, PICTURE_MEMORY);
-    assert!(matches!(pnm, Err(PictureError::Size { .. } | PictureError::Decode(_))), "{pnm:?}");
+    let pnm = read_within(b"P5 4000000000 4000000000 255\n1");
+    assert!(matches!(pnm, Err(PictureError::Memory { .. } | PictureError::Broken { .. })), "{pnm:?}");
 }

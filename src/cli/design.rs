@@ -33,7 +33,7 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct DesignArgs {
-    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR), or a design file (.toml) that names it
+    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG), or a design file (.toml) that names it
     picture: PathBuf,
 
     /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be given several times
@@ -143,7 +143,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         block: json::Block::of(&plan, &block),
         bench: bench::to_json(&plan.scene()?, block.solid.entry_z_mm()),
         solver: solver_to_json(&plan, &block, solved),
-        notes,
+        notes: plan.understood.line().map(|line| format!("picture: {line}")).into_iter().chain(notes).collect(),
         judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
         budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
         finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
@@ -222,6 +222,9 @@ fn print_summary(
 ) -> Result<(), Failure> {
     let (solid, bench) = (&block.solid, &plan.bench);
     say!("{}", list(outputs));
+    if let Some(line) = plan.understood.line() {
+        say!("  picture        {line}");
+    }
     say!(
         "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
         solid.surface().extent().width_mm,

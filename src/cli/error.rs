@@ -24,6 +24,9 @@ pub(crate) enum Failure {
         #[source]
         source: Box<dyn Error + Send + Sync>,
     },
+    /// A file holds what cannot be used: all that there is to say.
+    #[error("{0}")]
+    Unreadable(String),
     /// The request makes no sense, or physics forbids it.
     #[error("{0}")]
     Usage(String),
@@ -76,7 +79,7 @@ impl Failure {
     /// The exit code: 1 input, output or internal, 2 usage, 3 fell short, 4 mesh.
     pub(crate) fn code(&self) -> u8 {
         match self {
-            Self::Io { .. } | Self::Write(_) => 1,
+            Self::Io { .. } | Self::Write(_) | Self::Unreadable(_) => 1,
             Self::Usage(_) | Self::Refused(_) => 2,
             Self::FellShort(_) => 3,
             Self::InvalidMesh { .. } => 4,
@@ -86,7 +89,7 @@ impl Failure {
     /// The kind, for programs.
     pub(crate) fn kind(&self) -> json::FaultKind {
         match self {
-            Self::Io { .. } | Self::Write(_) => json::FaultKind::File,
+            Self::Io { .. } | Self::Write(_) | Self::Unreadable(_) => json::FaultKind::File,
             Self::Usage(_) | Self::Refused(_) => json::FaultKind::Refused,
             Self::FellShort(_) => json::FaultKind::FellShort,
             Self::InvalidMesh { .. } => json::FaultKind::InvalidMesh,

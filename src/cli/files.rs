@@ -93,7 +93,6 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
         settings: &plan.settings,
         bench: &bench,
         solver: plan.solver,
-        transfer: plan.transfer,
         solid: &block.solid,
         height_map,
         done: None,

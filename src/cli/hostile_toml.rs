@@ -22,6 +22,7 @@ const DESIGN: &str = "# comment\n[design]\npicture = \"a.png\"\npreset = \"desk-
     shift = \"25mm,-3mm\"\nreceiver-tilt = \"20deg,90deg\"\nmirror = false\nlight = \"point\"\ntilt = \"30deg\"\n\
     source-distance = \"1m\"\nemission = \"gaussian:12deg\"\nior = 1.6\nthickness = 12\nmin-thickness = \"3mm\"\nskirt = 1\nnodes = 257\n\
     rim = \"10mm,-4mm\"\nmark = 5\norigin = \"stock-top\"\nstep-tolerance = 0.5\noffset = 0.1\ntransfer = 'srgb'\n\
+    crop = '1,2,30,40'\nrotate = '90deg'\nflip = 'vertical'\nlevels = '0.1,0.9,1.2'\ninvert = true\nbackground = '#102030'\nlayer = 'a.b'\n\
     solver = \"\"\"transport\"\"\"\nquality = \"fine\"\nmin-radius = 0x3\nfinish = \"polish=0.1mm,cutter=bull:6mm,1mm,step-over=0.1mm,gain=6\"\n";
 const SIDE: &str = "[design]\npicture = \"a.png\"\nsize = \"100mm\"\n[bench]\nlight = \"parallel\"\nior = 1.5\nwidth-mm = 100.0\n\
     height-mm = 100.0\nentry-z-mm = -4.1\nrelief-mm = 2.5\nthinnest-mm = 3.0\ndistance-mm = 250.0\nwindow-width-mm = 100.0\n\

@@ -4,6 +4,7 @@ use super::{design::DesignArgs, error::Failure, plan::Plan, settings::SolverName
 use glasswarp::{
     export::Format,
     memory::{Bytes, Load, Method},
+    target::Picture,
 };
 use std::path::PathBuf;
 
@@ -34,6 +35,11 @@ pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], args: &DesignArgs) -> Resu
         }
         _ => Ok(expected),
     }
+}
+
+/// Bytes that reading a picture may take.
+pub(crate) fn for_a_picture() -> u64 {
+    free().map_or(Picture::MEMORY, |free| free.0.min(Picture::MEMORY))
 }
 
 /// Memory that can be had without swapping, if the system tells: less where a container is bounded.

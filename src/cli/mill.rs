@@ -374,7 +374,6 @@ fn write_blocks(
         settings,
         bench: &bench,
         solver: settings.solver.unwrap_or_default(),
-        transfer: settings.transfer.unwrap_or(super::settings::TransferName::Srgb),
         solid: &solid,
         height_map: None,
         done: Some(&done),

@@ -145,6 +145,11 @@ pub(crate) fn row(name: &str, value: impl Into<String>) -> (String, String) {
     (name.into(), value.into())
 }
 
+/// The picture as it was understood.
+pub(crate) fn picture_rows(plan: &Plan) -> Vec<(String, String)> {
+    plan.understood.rows().into_iter().map(|(name, value)| row(name, value)).collect()
+}
+
 /// What a face asks of a workshop.
 pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
     let (at, slope) = shape.steepest();
@@ -474,13 +479,13 @@ impl DesignPage<'_> {
             row("Receiver", z(bench.distance_mm())),
             row("Faces", "the curved face looks towards +z, to the receiver"),
         ];
-        let picture = vec![
+        let mut picture = vec![
             row("File", file_name(&plan.picture)),
             row("SHA-256", side_file::sha256(&plan.picture).map_err(|e| Failure::reading(&plan.picture, e))?),
             row("Pixels", format!("{} × {}", plan.target.cells().nx(), plan.target.cells().ny())),
-            row("Transfer", name_of(plan.transfer)),
             row("Offset", format!("{} of white, added to the light", plan.settings.offset.unwrap_or_default())),
         ];
+        picture.extend(picture_rows(plan));
         let mut solver = vec![
             row("Solver", name_of(plan.solver)),
             row("Iterations", block.summary.iterations().to_string()),

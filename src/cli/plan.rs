@@ -4,7 +4,7 @@ use super::{
     bench::{bench_of, light_in_words, scene_of, warnings},
     error::Failure,
     imperfect::Intent,
-    settings::{QualityName, Settings, SolverName, TransferName, name_of},
+    settings::{DRAWING_NODES, QualityName, Settings, SolverName, TransferName, name_of},
     side_file::BenchRecord,
 };
 use glam::DVec2;
@@ -17,7 +17,7 @@ use glasswarp::{
     solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
     solver::{Progress, Silent, SolveError, Solver},
     surface::HeightField,
-    target::{Framing, Picture, PictureError, TargetIrradiance, Transfer},
+    target::{Framing, PictureError, PictureOptions, TargetIrradiance, Understood},
     transport::{Options, Quality, Transport},
     warp::{Warping, WarpingPaper},
 };
@@ -40,6 +40,7 @@ const MOST_VIGNETTED: f64 = 0.1;
 /// A block that can be designed.
 pub(crate) struct Plan {
     pub(crate) picture: PathBuf,
+    pub(crate) understood: Understood,
     /// The light to draw: what the block is judged by in perfect light.
     pub(crate) target: TargetIrradiance,
     /// What is behind the target, where light is not perfect or falls on a mesh.
@@ -50,6 +51,7 @@ pub(crate) struct Plan {
     pub(crate) shape: Shape,
     pub(crate) step: StepTolerance,
     pub(crate) solver: SolverName,
+    /// How light is shown as a picture.
     pub(crate) transfer: TransferName,
     /// The settings with every default filled in that must not change when the block is made again.
     pub(crate) settings: Settings,
@@ -61,12 +63,16 @@ impl Plan {
     /// Reads the picture and validates the settings.
     pub(crate) fn new(picture: PathBuf, mut settings: Settings) -> Result<Self, Failure> {
         let offset = settings.offset.unwrap_or(0.1);
-        let wanted = open_target(&picture, settings.transfer.map(Transfer::from), offset, settings.framing()?)?;
+        let (wanted, understood, warning) =
+            open_understood(&picture, &settings.picture_options(), offset, settings.framing()?)?;
         let (nx, ny) = (wanted.cells().nx(), wanted.cells().ny());
         let aspect = ny as f64 / nx as f64;
         let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm))?;
         let (block, light) = (bench.block(), bench.light());
-        let across = settings.nodes.unwrap_or_else(|| pipeline::default_nodes(nx));
+        let across = settings.nodes.unwrap_or_else(|| {
+            // However much of a drawing is used, it is drawn for these.
+            if understood.is_drawing() { DRAWING_NODES } else { pipeline::default_nodes(nx) }
+        });
         let nodes =
             pipeline::node_grid(block, pipeline::nodes_within(&bench.contour(), across)).map_err(Failure::refused)?;
         let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
@@ -78,14 +84,25 @@ impl Plan {
         let step = settings.step_tolerance.map_or(StepTolerance::Picture, StepTolerance::Micrometres);
         step.check().map_err(Failure::refused)?;
         (settings.nodes, settings.offset) = (Some(across), Some(offset));
-        let is_exr = picture.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-        let transfer = settings.transfer.unwrap_or(if is_exr { TransferName::Linear } else { TransferName::Srgb });
+        let transfer = settings.transfer.unwrap_or(TransferName::Srgb);
         let solver = settings.solver.unwrap_or_default();
         let intent = Intent::of(wanted.clone(), &bench, &settings)?;
         let target = intent.target.clone();
-        let warnings = Vec::new();
-        let mut plan =
-            Self { picture, target, intent, bench, nodes, stock, shape, step, solver, transfer, settings, warnings };
+        let mut plan = Self {
+            picture,
+            understood,
+            target,
+            intent,
+            bench,
+            nodes,
+            stock,
+            shape,
+            step,
+            solver,
+            transfer,
+            settings,
+            warnings: warning.into_iter().collect(),
+        };
         plan.fit_to_light(aspect)?;
         if plan.intent.psf.is_some() && plan.bench.light() != light {
             // The spread is that of the lamp's true distance.
@@ -261,20 +278,34 @@ pub(crate) fn shape(settings: &Settings) -> Result<Shape, Failure> {
 /// Reads a picture, framed, as light plus a constant.
 pub(crate) fn open_target(
     path: &Path,
-    transfer: Option<Transfer>,
+    options: &PictureOptions,
     offset: f64,
     framing: Framing,
 ) -> Result<TargetIrradiance, Failure> {
-    let picture = framing.apply(&open_picture(path, transfer)?).map_err(Failure::refused)?;
-    TargetIrradiance::from_picture(&picture, offset).map_err(Failure::refused)
+    open_understood(path, options, offset, framing).map(|(target, ..)| target)
 }
 
-/// Reads a picture, with the failure's kind: a file that cannot be read is another matter than one that makes no target.
-fn open_picture(path: &Path, transfer: Option<Transfer>) -> Result<Picture, Failure> {
-    Picture::open(path, transfer).map_err(|error| match error {
-        PictureError::Io(_) | PictureError::Decode(_) | PictureError::Exr(_) => {
-            Failure::Io { what: format!("{} is not a readable picture", path.display()), source: error.into() }
+/// The same, how the picture was understood, and what to be warned of.
+fn open_understood(
+    path: &Path,
+    options: &PictureOptions,
+    offset: f64,
+    framing: Framing,
+) -> Result<(TargetIrradiance, Understood, Option<String>), Failure> {
+    let (picture, understood) = options.open(path).map_err(|error| unreadable(path, error))?;
+    let picture = framing.apply(&picture).map_err(Failure::refused)?;
+    let warning = understood.contrast(&picture).map_err(Failure::refused)?;
+    let target = TargetIrradiance::from_picture(&picture, offset).map_err(Failure::refused)?;
+    Ok((target, understood, warning))
+}
+
+/// The kind of a failure: a file that cannot be read is another matter than one that makes no target.
+pub(crate) fn unreadable(path: &Path, error: PictureError) -> Failure {
+    match error {
+        PictureError::Io(error) => Failure::reading(path, error),
+        error if error.is_of_the_file() => {
+            Failure::Unreadable(format!("{} is not a readable picture: {error}", path.display()))
         }
         refused => Failure::refused(refused),
-    })
+    }
 }

@@ -116,6 +116,7 @@ impl Preview<'_> {
             ),
         ];
         rows.extend(face_rows(&shape));
+        let picture = Facts { title: "Picture".into(), rows: page::picture_rows(plan) };
         let page = Page {
             title: plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
             about: format!(
@@ -146,7 +147,7 @@ impl Preview<'_> {
             budget: Vec::new(),
             summary: None,
             drawing: None,
-            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words()?, high)],
+            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words()?, high), picture],
             files: Vec::new(),
             command: command(),
             program: program(),
@@ -162,6 +163,9 @@ impl Preview<'_> {
         let (plan, block, metrics) = (self.plan, self.block, &self.seen.metrics);
         let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
         say!("{}", names.join(", "));
+        if let Some(line) = plan.understood.line() {
+            say!("  picture        {line}");
+        }
         say!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
         say!(
             "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",

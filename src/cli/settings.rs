@@ -6,6 +6,7 @@ use super::{
     imperfect::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     lamp::{Emission, LightName},
     length::Length,
+    memory,
     presets::PresetName,
     quantity::read_as_text,
     toml_file,
@@ -15,7 +16,7 @@ use clap::{Args, ValueEnum};
 use glasswarp::{
     grid::Outline,
     solid::Origin,
-    target::{Framing, Transfer, Vignette},
+    target::{Background, Crop, Edits, Flip, Framing, Levels, PictureOptions, Rotation, Transfer, Vignette},
 };
 use serde::Deserialize;
 use std::{
@@ -179,9 +180,39 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "SHAPE", help_heading = "Picture")]
     pub(crate) vignette: Option<VignetteName>,
 
-    /// How numbers in the picture become light [default: srgb, for OpenEXR linear]
+    /// How numbers in the picture become light, whatever its file says [default: as its profile or chunks say, else srgb; floats and
+    /// OpenEXR linear]
     #[arg(long, value_name = "CURVE", help_heading = "Picture")]
     pub(crate) transfer: Option<TransferName>,
+
+    /// Light behind the transparent parts of the picture: black, white or #rrggbb [default: black; white for SVG]
+    #[arg(long, value_name = "COLOUR", help_heading = "Picture")]
+    pub(crate) background: Option<Background>,
+
+    /// The layer of an OpenEXR picture, or a single channel of it [default: the only one with colours]
+    #[arg(long, value_name = "NAME", help_heading = "Picture")]
+    pub(crate) layer: Option<String>,
+
+    /// Use this part of the upright picture alone, counted from its top left corner, in pixels or per cent: 100,50,640,480 or
+    /// 10%,0%,80%,100%
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", help_heading = "Picture", allow_hyphen_values = true)]
+    pub(crate) crop: Option<Crop>,
+
+    /// Turn the picture clockwise: 90deg, 180deg or 270deg
+    #[arg(long, value_name = "ANGLE", help_heading = "Picture", allow_hyphen_values = true)]
+    pub(crate) rotate: Option<Rotation>,
+
+    /// Mirror the picture: horizontal (left and right change places) or vertical
+    #[arg(long, value_name = "HOW", help_heading = "Picture")]
+    pub(crate) flip: Option<Flip>,
+
+    /// What becomes black and what white, 0 to 1 as image editors count, and the gamma in between: 0.1,0.9 or 0.05,0.8,1.2
+    #[arg(long, value_name = "BLACK,WHITE[,GAMMA]", help_heading = "Picture", allow_hyphen_values = true)]
+    pub(crate) levels: Option<Levels>,
+
+    /// Let dark and light change places
+    #[arg(long, value_name = "BOOL", help_heading = "Picture", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub(crate) invert: Option<bool>,
 
     /// How the surface is found [default: transport]
     #[arg(long, value_name = "NAME", help_heading = "Solver")]
@@ -367,6 +398,9 @@ pub(crate) fn name_of(choice: impl ValueEnum) -> String {
     choice.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
 }
 
+/// Nodes across that a drawing is rasterised for where none are asked for.
+pub(crate) const DRAWING_NODES: usize = 1025;
+
 /// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
 #[derive(Deserialize)]
 pub(crate) struct DesignFile {
@@ -414,6 +448,20 @@ impl Settings {
     pub(crate) fn framing(&self) -> Result<Framing, Failure> {
         let vignette = self.vignette.map(|VignetteName(vignette)| vignette).unwrap_or_default();
         Framing::new(self.margin.unwrap_or(0.0), vignette).map_err(Failure::refused)
+    }
+
+    /// How the picture is read, and what is done to it.
+    pub(crate) fn picture_options(&self) -> PictureOptions {
+        let Self { crop, rotate, flip, levels, .. } = *self;
+        PictureOptions {
+            transfer: self.transfer.map(Transfer::from),
+            background: self.background,
+            layer: self.layer.clone(),
+            edits: Edits { crop, rotate, flip, levels, invert: self.invert.unwrap_or(false) },
+            // Two nodes a pixel are what a face can draw.
+            drawing_width: self.nodes.unwrap_or(DRAWING_NODES) / 2,
+            memory: memory::for_a_picture(),
+        }
     }
 
     /// The picture that a design file names.
@@ -496,6 +544,13 @@ impl Settings {
             step_tolerance: self.step_tolerance.or(other.step_tolerance),
             offset: self.offset.or(other.offset),
             transfer: self.transfer.or(other.transfer),
+            background: self.background.or(other.background),
+            layer: self.layer.or(other.layer),
+            crop: self.crop.or(other.crop),
+            rotate: self.rotate.or(other.rotate),
+            flip: self.flip.or(other.flip),
+            levels: self.levels.or(other.levels),
+            invert: self.invert.or(other.invert),
             solver: self.solver.or(other.solver),
             quality: self.quality.or(other.quality),
             min_radius: self.min_radius.or(other.min_radius),

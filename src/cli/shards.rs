@@ -9,7 +9,7 @@ use super::{
     side_file,
     verify::IrradianceFile,
 };
-use glasswarp::target::{Framing, Transfer};
+use glasswarp::target::{Framing, PictureOptions, Transfer};
 use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
 use std::{
     path::{Path, PathBuf},
@@ -130,7 +130,8 @@ pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<()
 /// The picture as the light that a tally should hold.
 fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
     let Some(picture) = &args.target else { return Ok(None) };
-    let target = open_target(picture, args.transfer.map(Transfer::from), args.offset, Framing::default())?;
+    let options = PictureOptions { transfer: args.transfer.map(Transfer::from), ..PictureOptions::default() };
+    let target = open_target(picture, &options, args.offset, Framing::default())?;
     let (nx, ny) = tally.pixels();
     Ok(Some(judge::image_of(target.resampled(nx, ny).cells())))
 }

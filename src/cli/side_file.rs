@@ -6,7 +6,7 @@ use super::{
     conflicts,
     error::Failure,
     lamp::Emission,
-    settings::{Settings, Shift, SolverName, TransferName, name_of},
+    settings::{Settings, Shift, SolverName, name_of},
     toml_file,
 };
 use glam::{DVec2, DVec3};
@@ -230,7 +230,6 @@ pub(crate) struct Record<'a> {
     pub(crate) settings: &'a Settings,
     pub(crate) bench: &'a BenchRecord,
     pub(crate) solver: SolverName,
-    pub(crate) transfer: TransferName,
     pub(crate) solid: &'a Solid,
     /// What the height maps among the outputs hold.
     pub(crate) height_map: Option<&'a HeightMap>,
@@ -358,7 +357,7 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
     if let Some(offset) = settings.offset {
         line(format_args!("offset = {offset:?}"))?;
     }
-    line(format_args!("transfer = {}", quoted(&name_of(record.transfer))))?;
+    picture(&mut line, settings)?;
     line(format_args!("solver = {}", quoted(&name_of(record.solver))))?;
     if let Some(quality) = settings.quality {
         line(format_args!("quality = {}", quoted(&name_of(quality))))?;
@@ -426,6 +425,38 @@ fn render(path: &Path, record: &Record<'_>) -> Result<String, Failure> {
         }
     }
     Ok(text)
+}
+
+/// How the picture is read, where that was said, and what is done to it.
+fn picture(
+    line: &mut impl FnMut(std::fmt::Arguments<'_>) -> Result<(), Failure>,
+    settings: &Settings,
+) -> Result<(), Failure> {
+    if let Some(transfer) = settings.transfer {
+        line(format_args!("transfer = {} # whatever the picture's file says", quoted(&name_of(transfer))))?;
+    }
+    if let Some(background) = settings.background {
+        line(format_args!("background = \"{background}\" # behind the picture's transparent parts"))?;
+    }
+    if let Some(layer) = &settings.layer {
+        line(format_args!("layer = {}", quoted(layer)))?;
+    }
+    if let Some(crop) = settings.crop {
+        line(format_args!("crop = \"{crop}\" # x, y, width, height of the part that is used"))?;
+    }
+    if let Some(rotation) = settings.rotate {
+        line(format_args!("rotate = \"{rotation}\" # clockwise"))?;
+    }
+    if let Some(flip) = settings.flip {
+        line(format_args!("flip = \"{flip}\""))?;
+    }
+    if let Some(levels) = settings.levels {
+        line(format_args!("levels = \"{levels}\" # black, white, gamma"))?;
+    }
+    if let Some(invert) = settings.invert {
+        line(format_args!("invert = {invert}"))?;
+    }
+    Ok(())
 }
 
 /// Where the coordinates of the files are counted from, and what stands around the exit face.

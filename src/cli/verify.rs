@@ -28,7 +28,7 @@ use glam::{DVec2, DVec3};
 use glasswarp::{
     report::Exposure,
     solver::Progress,
-    target::{TargetIrradiance, Transfer},
+    target::{PictureOptions, TargetIrradiance, Transfer},
 };
 use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
@@ -381,10 +381,11 @@ fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrra
             None => Ok((None, None)),
         };
     };
-    let transfer = args.transfer.or(design.and_then(|design| design.transfer)).map(Transfer::from);
+    let mut options = design.map_or_else(PictureOptions::default, Settings::picture_options);
+    options.transfer = args.transfer.map(Transfer::from).or(options.transfer);
     let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
     let framing = design.map(Settings::framing).transpose()?.unwrap_or_default();
-    let target = open_target(picture, transfer, offset, framing)?;
+    let target = open_target(picture, &options, offset, framing)?;
     Ok((Some(target), Some(offset)))
 }
 

@@ -52,7 +52,8 @@ impl Workpiece {
         })?;
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
-        let target = Intent::of_side(open_target(picture, transfer, offset, design.framing()?)?, &side)?.target;
+        let target = open_target(picture, &design.picture_options(), offset, design.framing()?)?;
+        let target = Intent::of_side(target, &side)?.target;
         let scene = seen_otherwise(scene_of(&side.bench, design)?, Some(&block), ior, distance_mm)?;
         let examiner = Examiner::new(scene, Some(&target), pixels);
         let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));

@@ -11,7 +11,10 @@ pub use caustic::{CausticMesh, CausticMeshError};
 pub use deconvolve::{Border, Deconvolution, DeconvolutionError, Deconvolved, Ending};
 pub use framing::{Framing, FramingError, Vignette};
 pub use imperfect::{ImperfectLight, SourceSize};
-pub use picture::{Picture, PictureError, Transfer};
+pub use picture::{
+    Background, Crop, EditError, Edits, Flip, Levels, Measure, Picture, PictureError, PictureOptions, Rotation,
+    Transfer, Understood,
+};
 pub use psf::{Psf, PsfError, PsfPicture};
 
 use crate::grid::{Field, area_resample};
