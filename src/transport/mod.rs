@@ -35,6 +35,13 @@ pub struct Transport {
     pub options: Options,
 }
 
+impl Transport {
+    /// Cells of the finest receiver grid on which this solver works, along x and y: what its memory and its time are made of.
+    pub fn receiver_cells(&self, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
+        pyramid::receiver_cells(&self.options, pixels, nodes)
+    }
+}
+
 /// Its name in messages.
 const NAME: &str = "transport";
 

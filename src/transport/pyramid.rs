@@ -51,13 +51,19 @@ const STEPS: usize = 30;
 pub(super) const FORCING: f64 = 0.1;
 
 /// How the picture is divided on the finest grid: its cells, and receiver cells per cell.
-fn divide(options: &Options, target: &TargetIrradiance, nodes: (usize, usize)) -> ((usize, usize), (usize, usize)) {
-    let axis = |pixels: usize, nodes: usize| pixels.min((nodes - 1).max(TargetIrradiance::LEAST_CELLS));
-    let cells = (axis(target.cells().nx(), nodes.0), axis(target.cells().ny(), nodes.1));
+fn divide(options: &Options, pixels: (usize, usize), nodes: (usize, usize)) -> ((usize, usize), (usize, usize)) {
+    let axis = |pixels: usize, nodes: usize| pixels.min(nodes.saturating_sub(1).max(TargetIrradiance::LEAST_CELLS));
+    let cells = (axis(pixels.0, nodes.0).max(1), axis(pixels.1, nodes.1).max(1));
     let wanted = options.per_cell();
     let least = LEAST.div_ceil(cells.0.min(cells.1)).max(wanted);
     let per_cell = |n: usize| least.min((MOST / n).max(1));
     (cells, (per_cell(cells.0), per_cell(cells.1)))
+}
+
+/// Cells of the finest receiver grid on which a picture is solved for.
+pub(super) fn receiver_cells(options: &Options, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
+    let (cells, per_cell) = divide(options, pixels, nodes);
+    (cells.0 * per_cell.0, cells.1 * per_cell.1)
 }
 
 /// Solves for the light of the target's cells.
@@ -72,7 +78,7 @@ pub(super) fn solve(
     progress: &dyn Progress,
     summary: &mut Summary,
 ) -> Result<Solved, SolveError> {
-    let (finest, per_cell) = divide(options, target, nodes);
+    let (finest, per_cell) = divide(options, (target.cells().nx(), target.cells().ny()), nodes);
     let mut sizes = vec![finest];
     loop {
         let (nx, ny) = sizes[sizes.len() - 1];
