@@ -477,7 +477,11 @@ fn pictures_that_make_no_target_are_refused() {
     })
     .unwrap();
     workshop.refuses("design dot.png -o b.stl", REFUSED, &["1 x 1", "between 4 and"]);
-    workshop.refuses("design black.png --offset 0 -o b.stl", REFUSED, &["same light everywhere", "every pixel is black"]);
+    workshop.refuses(
+        "design black.png --offset 0 -o b.stl",
+        REFUSED,
+        &["same light everywhere", "every pixel is black"],
+    );
     workshop.refuses("design nan.exr -o b.stl", REFUSED, &["column 3", "NaN"]);
     workshop.refuses("design empty.png -o b.stl", FILE, &["empty.png"]);
     workshop.refuses("design text.png -o b.stl", FILE, &["text.png"]);

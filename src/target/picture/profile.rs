@@ -108,14 +108,17 @@ pub(super) struct Table {
     /// Points along each channel; the first varies most slowly.
     grid: Vec<usize>,
     colours: Vec<[f32; 3]>,
-    behind: Behind,
+    /// What follows the grid, where that mixes the channels.
+    mixing: Option<Mixing>,
+    last: [Curve; 3],
     space: Space,
 }
 
-/// What follows the grid.
-enum Behind {
-    Curves([Curve; 3]),
-    Matrix { curves: [Curve; 3], matrix: DMat3, offset: DVec3, last: [Curve; 3] },
+/// Curves and a matrix behind them.
+struct Mixing {
+    curves: [Curve; 3],
+    matrix: DMat3,
+    offset: DVec3,
 }
 
 /// How the connection space is written as numbers from 0 to 1.
@@ -158,7 +161,8 @@ impl Table {
             before: sampled(&lut.input_table, lut.num_input_table_entries, inputs)?,
             grid: vec![usize::from(lut.num_clut_grid_points); inputs],
             colours: triples(&lut.clut_table),
-            behind: Behind::Curves(three(sampled(&lut.output_table, lut.num_output_table_entries, 3)?)?),
+            mixing: None,
+            last: three(sampled(&lut.output_table, lut.num_output_table_entries, 3)?)?,
             space,
         })
     }
@@ -167,11 +171,11 @@ impl Table {
         let inputs = usize::from(lut.num_input_channels);
         let curves = |of: &[ToneReprCurve]| of.iter().map(curve_of).collect::<Option<Vec<_>>>();
         let (store, last) = (lut.clut.as_ref()?, three(curves(&lut.b_curves)?)?);
-        let behind = if lut.m_curves.is_empty() {
-            Behind::Curves(last)
+        let mixing = if lut.m_curves.is_empty() {
+            None
         } else {
             let offset = DVec3::from(lut.bias.v);
-            Behind::Matrix { curves: three(curves(&lut.m_curves)?)?, matrix: matrix_of(&lut.matrix), offset, last }
+            Some(Mixing { curves: three(curves(&lut.m_curves)?)?, matrix: matrix_of(&lut.matrix), offset })
         };
         let before = curves(&lut.a_curves)?;
         let grid = lut.grid_points.iter().take(inputs).map(|n| usize::from(*n)).collect();
@@ -179,27 +183,28 @@ impl Table {
             before,
             grid,
             colours: triples(store),
-            behind,
+            mixing,
+            last,
             space,
         })
     }
 
     /// Luminance of a colour, each of its channels 0 to 1.
     pub(super) fn light(&self, colour: &[f64]) -> f64 {
-        let inside = self.between(colour);
-        let (found, channel) = match self.space {
-            Space::Xyz => (inside, 1),
-            Space::Lab { .. } => (inside, 0),
+        let found = self.between(colour);
+        let channel = match self.space {
+            Space::Xyz => 1,
+            Space::Lab { .. } => 0,
         };
-        let value = match &self.behind {
-            Behind::Curves(curves) => curves[channel].light(found[channel]),
-            Behind::Matrix { curves, matrix, offset, last } => {
-                let bent = DVec3::from([0, 1, 2].map(|k| curves[k].light(found[k])));
-                last[channel].light((*matrix * bent + *offset)[channel])
+        let mixed = match &self.mixing {
+            None => found[channel],
+            Some(Mixing { curves, matrix, offset }) => {
+                (*matrix * DVec3::from([0, 1, 2].map(|k| curves[k].light(found[k]))) + *offset)[channel]
             }
         };
+        let value = self.last[channel].light(mixed);
         match self.space {
-            Space::Xyz => value * (1.0 + 32767.0 / 32768.0),
+            Space::Xyz => value.max(0.0) * (1.0 + 32767.0 / 32768.0),
             Space::Lab { white } => Curve::Lightness.light(value / white),
         }
     }
