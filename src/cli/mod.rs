@@ -27,6 +27,7 @@ mod memory;
 mod mill;
 mod opinion;
 mod page;
+mod placed;
 mod plan;
 mod presets;
 mod preview;

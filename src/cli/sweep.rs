@@ -8,6 +8,7 @@ use super::{
     json,
     judge::{Examiner, Subject},
     length::Length,
+    placed::{self, Placing},
     plan::Plan,
     side_file::{BenchRecord, SideFile},
 };
@@ -147,7 +148,11 @@ pub(crate) fn run(
     let picture = picture.ok_or_else(|| Failure::Usage("the side file names no picture to design for".into()))?;
     let built = match (as_built, range.quantity) {
         (None, _) => None,
-        (Some(path), Quantity::Distance | Quantity::Index) => Some(Subject::open(path, side.origin_of(path))?),
+        (Some(path), Quantity::Distance | Quantity::Index) => {
+            let (_, block, warnings) = placed::open_block(path, Some(side), Placing::RIGHTED)?;
+            warnings.into_iter().for_each(console::warn);
+            Some(Subject::Block(Box::new(block.with_spline())))
+        }
         (Some(_), _) => {
             return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
         }

@@ -2,9 +2,11 @@
 
 use super::{
     bench::scene_of,
+    console,
     error::Failure,
     imperfect::Intent,
-    judge::{self, Examiner, Subject},
+    judge::{Examiner, Subject},
+    placed::{self, Placing},
     plan::open_target,
     side_file::SideFile,
 };
@@ -39,7 +41,8 @@ impl Workpiece {
     /// Opens a file and its side file. Lengths along z are measured from the mean plane of the exit face.
     pub(crate) fn open(path: &Path, bench: Option<&Path>, pixels: usize) -> Result<Self, Failure> {
         let side = SideFile::of_block(path, bench, "")?;
-        let (_, block) = judge::open_block(path, side.origin_of(path))?;
+        let (_, block, warnings) = placed::open_block(path, Some(&side), Placing::RIGHTED)?;
+        warnings.into_iter().for_each(console::warn);
         let design = &side.design;
         let picture = design.picture.as_ref().ok_or_else(|| {
             Failure::Usage("the side file names no picture, by which the block could be judged".into())
