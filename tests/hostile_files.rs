@@ -20,9 +20,11 @@ use glasswarp::{
     surface::HeightField,
     target::{Picture, PictureError, PictureOptions},
 };
+use glam::DVec2;
 use glasswarp_verify::{
-    PhotonTally,
+    Block, BlockError, Mesh, PhotonPlan, PhotonTally, Placed, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},
+    photons,
 };
 use std::{
     fs,
@@ -66,9 +68,30 @@ fn mesh_memory(length: usize) -> usize {
     (16 << 20) + 400 * length
 }
 
-/// What a solid of this kind becomes.
+/// What a solid of this kind becomes, on through recognition to a few beams.
 fn read_solid(format: Format) -> impl Fn(&[u8]) -> Read {
-    move |bytes| Read::of(load::parse(format, bytes))
+    move |bytes| {
+        let mesh = load::parse(format, bytes);
+        let read = Read::of(mesh.as_ref().map(|_| ()));
+        if let Ok(mesh) = mesh {
+            recognise(mesh);
+        }
+        read
+    }
+}
+
+/// Finds out what a mesh is, and looks through it.
+fn recognise(mesh: Mesh) {
+    let window = Window { size_mm: DVec2::new(20.0, 16.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
+    let scene = Scene::new(1.5, 250.0, window);
+    let tracer = match Placed::find(mesh, None) {
+        Ok(placed) => Tracer::for_block(&placed.block, &scene),
+        Err(other) if matches!(other.1, BlockError::Unsound(_)) => return,
+        Err(other) => Tracer::for_solid(&other.0, &Scene { surface: Surface::Facets, ..scene }),
+    };
+    if let Ok(tracer) = tracer {
+        assert!(beams(&tracer, 8, 8).image.values.iter().all(|value| value.is_finite() && *value >= 0.0));
+    }
 }
 
 #[test]
@@ -84,10 +107,28 @@ fn obj() {
 }
 
 #[test]
+fn off() {
+    let corpus = vec![block_off().into(), TETRAHEDRON_OFF.into()];
+    Target { name: "OFF", corpus, mend: None, memory: mesh_memory }.run(cases(5000), read_solid(Format::Off));
+}
+
+const TETRAHEDRON_OFF: &str =
+    "NOFF # n\n4 4 6\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n0 0 1 0 0 1\n3 0 2 1\n3 0 1 3 255 0 0\n3 0 3 2\n3 1 2 3\n";
+
+/// The block as OFF.
+fn block_off() -> String {
+    let mesh = load::parse(Format::Stl, &exported("stl")).unwrap();
+    let vertices = mesh.vertices.iter().map(|v| format!("{} {} {}\n", v.x, v.y, v.z));
+    let faces = mesh.triangles.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+    let counts = format!("OFF\n{} {} 0\n", mesh.vertices.len(), mesh.triangles.len());
+    counts + &vertices.chain(faces).collect::<String>()
+}
+
+#[test]
 fn glb() {
     let corpus = vec![exported("glb")];
     let mend: Option<fn(&mut Vec<u8>)> = Some(|file| mend_glb(file));
-    Target { name: "GLB", corpus, mend, memory: mesh_memory }.run(cases(5000), read_solid(Format::Glb));
+    Target { name: "GLB", corpus, mend, memory: mesh_memory }.run(cases(5000), read_solid(Format::Gltf));
 }
 
 #[test]
@@ -279,8 +320,6 @@ fn photon_tallies() {
 }
 
 fn tally() -> Vec<u8> {
-    use glam::DVec2;
-    use glasswarp_verify::{Block, PhotonPlan, Scene, Tracer, Window, photons};
     let mesh = load::parse(Format::Stl, &exported("stl")).unwrap();
     let block = Block::from_mesh(&mesh).unwrap();
     let window = Window { size_mm: DVec2::new(20.0, 16.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
@@ -350,7 +389,7 @@ fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
     many.extend(&text);
     many.extend(&glb[20 + json_length..]);
     mend_glb(&mut many);
-    assert!(refused(Format::Glb, &many).contains("more points than it has bytes"));
+    assert!(refused(Format::Gltf, &many).contains("more points than it has bytes"));
 
     // A spline with one span a ten-millionth of the others: sampled at equal steps it takes gigabytes.
     let step = String::from_utf8(exported("step")).unwrap().replace('\n', "");

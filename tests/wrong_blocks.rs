@@ -60,8 +60,12 @@ fn refused_as_mesh(workshop: &Workshop, words: &[&str]) {
 #[test]
 fn flipped_normals_are_named() {
     let workshop = good();
+    // Of all triangles: there is one way to mean it.
     spoil(&workshop, |_, [a, b, c]| Some([a, c, b]));
-    refused_as_mesh(&workshop, &["wrong.stl", "inside out"]);
+    let (code, said) = verify(&workshop, "wrong");
+    assert!(code == FINE && said.contains("all triangles of wrong.stl face inwards"), "{said}");
+    let outcome = workshop.run("verify wrong.stl --bench block.toml --as-placed");
+    assert!(outcome.code == MESH && outcome.err.contains("inside out"), "{}", outcome.err);
     // One triangle of the whole block.
     spoil(&workshop, |k, [a, b, c]| Some(if k == 1000 { [a, c, b] } else { [a, b, c] }));
     refused_as_mesh(&workshop, &["wrong.stl", "opposite orientation"]);
@@ -102,21 +106,23 @@ fn a_mirrored_picture_is_named() {
 }
 
 #[test]
-fn inches_for_millimetres_are_named() {
+fn other_units_are_named() {
     let workshop = good();
-    spoil(&workshop, |_, triangle| Some(triangle.map(|v| v.map(|x| x / 25.4))));
+    for (factor, unit, right) in [
+        (1.0 / 25.4, "inches taken for millimetres", "scale it by 25.4"),
+        (0.001, "metres taken for millimetres", "scale it by 1000"),
+        (10.0, "millimetres taken for centimetres", "scale it by 0.1"),
+    ] {
+        spoil(&workshop, |_, triangle| Some(triangle.map(|v| v.map(|x| x * factor))));
+        refused_as_mesh(&workshop, &["wrong.stl", unit, right, "--as-placed"]);
+        let outcome = workshop.run("verify wrong.stl --bench block.toml --as-placed --max-error 0.05 --photons 100000");
+        assert!(outcome.code != FINE && outcome.err.contains(unit), "{}", outcome.err);
+        assert!(!outcome.err.contains("mean of the image"), "{}", outcome.err);
+    }
+    // Larger by no unit's number: judged as it is, with what it measures.
+    spoil(&workshop, |_, triangle| Some(triangle.map(|v| v.map(|x| x * 1.25))));
     let (code, said) = verify(&workshop, "wrong");
-    assert!(code == SHORT && said.contains("inches") && said.contains("0.03937"), "{said}");
-    let outcome = workshop.run("crosscheck wrong.stl --bench block.toml --with povray --write-only");
-    assert!(outcome.err.contains("inches"), "{}", outcome.err);
-}
-
-#[test]
-fn a_block_that_was_shifted_along_the_light_is_named() {
-    let workshop = good();
-    spoil(&workshop, |_, triangle| Some(triangle.map(|[x, y, z]| [x, y, z + 12.0])));
-    let (_, said) = verify(&workshop, "wrong");
-    assert!(said.contains("mean exit plane is at z = 12.000 mm"), "{said}");
+    assert!(code == SHORT && said.contains("1.25000 and 1.25000 times what its side file says"), "{said}");
 }
 
 #[test]

@@ -5,10 +5,11 @@ use super::{
     budget::double_precision,
     console::{self, say},
     error::Failure,
-    json, judge,
+    json,
     length::Length,
     otherwise::{seen_otherwise, thrown_mm},
     outputs,
+    placed::{self, Placing},
     plan::Plan,
     progress::TerminalProgress,
     settings::Settings,
@@ -30,7 +31,7 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub(crate) struct CheckArgs {
-    /// The block (.stl, .obj, .glb, .ply), or a design file (.toml) whose block is checked before it is written
+    /// The block (as 'glasswarp verify' reads it), or a design file (.toml) whose block is checked before it is written
     block: PathBuf,
 
     /// The side file with the bench [default: beside the block, with the extension .toml]
@@ -177,8 +178,10 @@ impl Subject {
             return Self::design(args);
         }
         let side = SideFile::find(&args.block, args.bench.as_deref())?;
-        let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(&args.block));
-        let (_, block) = judge::open_block(&args.block, origin)?;
+        let (_, block, warnings) = placed::open_block(&args.block, side.as_ref(), Placing::RIGHTED)?;
+        if !args.tolerance.tolerance {
+            warnings.into_iter().for_each(console::warn); // Else the block is opened once more.
+        }
         let missing = |flag: &str| side_file::missing(&args.block, &format!(", or give {flag}"));
         let distance_mm = args.distance.map(|length| length.mm);
         let scene = match (&side, args.ior, distance_mm) {

@@ -6,10 +6,10 @@ use super::{
     diagnosis,
     error::{Failure, error_limit},
     json,
-    judge::open_block,
     length::Length,
     otherwise::seen_otherwise,
     outputs,
+    placed::{self, Placing},
     progress::TerminalProgress,
     side_file::{self, SideFile},
 };
@@ -30,8 +30,11 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct CrosscheckArgs {
-    /// The block: .stl, .obj, .glb, .ply, .3mf, .step, or a height map in .png or .exr
+    /// The block: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a height map in .png or .exr
     block: PathBuf,
+
+    #[command(flatten)]
+    placing: Placing,
 
     /// The renderer
     #[arg(long, value_name = "RENDERER")]
@@ -100,10 +103,8 @@ const CONTESTED: f64 = 1e-3;
 
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let side = SideFile::of_block(&args.block, args.bench.as_deref(), "")?;
-    let (mesh, block) = open_block(&args.block, side.origin_of(&args.block))?;
-    for suspicion in diagnosis::of_dimensions(&block, &side.bench) {
-        console::warn(suspicion);
-    }
+    let (mesh, block, warnings) = placed::open_block(&args.block, Some(&side), args.placing)?;
+    warnings.into_iter().for_each(console::warn);
     let renderer = match args.with {
         RendererName::Povray => Renderer::PovRay,
         RendererName::Blender => Renderer::Blender,

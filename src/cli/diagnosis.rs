@@ -1,6 +1,7 @@
 //! What may be wrong with a block that draws another picture than it should, or none.
 
 use super::{error::Failure, judge::image_of, otherwise::followed, side_file::BenchRecord};
+use glam::DVec2;
 use glasswarp::target::TargetIrradiance;
 use glasswarp_verify::{Block, Image, Optics, Scene, Tracer, Window, beams, metrics};
 
@@ -11,8 +12,44 @@ const EXPLAINS: f64 = 0.5;
 /// Lengths may differ from the side file's by this part: f32 in metres, far from the origin.
 const SIZE_TOLERANCE: f64 = 1e-4;
 
+/// Exit faces below this size, mm, are hardly meant: metres or inches without their unit look so.
+const LEAST_SIZE_MM: f64 = 6.0;
+
+/// What does not fit a block and its side file, or is odd about one without.
+pub(crate) fn of_block(block: &Block, bench: Option<&BenchRecord>) -> Vec<String> {
+    bench.map_or_else(|| of_size(block), |bench| of_dimensions(block, bench))
+}
+
+/// What is odd about the size of a block without a side file.
+fn of_size(block: &Block) -> Vec<String> {
+    let size = block.size_mm();
+    let width = size.max_element();
+    if width >= LEAST_SIZE_MM {
+        return Vec::new();
+    }
+    let unit = if width < 1.0 { (1000.0, "metres") } else { (25.4, "inches") };
+    let meant = unit.0 * size;
+    vec![format!(
+        "the block measures {:.5} x {:.5} mm: if its numbers are {}, it is {:.2} x {:.2} mm large, and has to be scaled by {}",
+        size.x, size.y, unit.1, meant.x, meant.y, unit.0
+    )]
+}
+
+/// What the numbers of a block look like that is this many times as large as it should be, with that factor.
+pub(crate) fn unit_of(ratio: DVec2) -> Option<(f64, &'static str)> {
+    const UNITS: [(f64, &str); 6] = [
+        (1.0 / 25.4, "inches taken for millimetres"),
+        (25.4, "millimetres taken for inches"),
+        (0.1, "centimetres taken for millimetres"),
+        (10.0, "millimetres taken for centimetres"),
+        (0.001, "metres taken for millimetres"),
+        (1000.0, "millimetres taken for metres"),
+    ];
+    UNITS.into_iter().find(|(factor, _)| (ratio / *factor - 1.0).abs().max_element() < 1e-3)
+}
+
 /// What does not fit between the dimensions of a block and its side file.
-pub(crate) fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
+fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
     let size = block.size_mm();
     let ratio = size / bench.face_mm();
     if (ratio - 1.0).abs().max_element() <= SIZE_TOLERANCE {
@@ -31,20 +68,11 @@ pub(crate) fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
             Vec::new()
         };
     }
-    let measures = format!(
-        "the block measures {:.3} x {:.3} mm, {:.5} and {:.5} times what its side file says",
+    let unit = unit_of(ratio).map(|(_, unit)| format!(": {unit}?")).unwrap_or_default();
+    vec![format!(
+        "the block measures {:.3} x {:.3} mm, {:.5} and {:.5} times what its side file says{unit}",
         size.x, size.y, ratio.x, ratio.y
-    );
-    let units = [
-        (1.0 / 25.4, "written in inches and read as millimetres?"),
-        (25.4, "written in millimetres and taken for inches on the way?"),
-        (0.1, "centimetres taken for millimetres?"),
-        (10.0, "millimetres taken for centimetres?"),
-        (0.001, "metres taken for millimetres?"),
-        (1000.0, "millimetres taken for metres?"),
-    ];
-    let unit = units.iter().find(|(factor, _)| (ratio / *factor - 1.0).abs().max_element() < 1e-3);
-    vec![unit.map_or_else(|| measures.clone(), |(_, question)| format!("{measures}: {question}"))]
+    )]
 }
 
 /// Which pixel of the caustic is looked at in place of the one in this column and row.
@@ -67,12 +95,17 @@ pub(crate) fn of_picture(
         let values = (0..nx * ny).map(|k| caustic.values[pixel(k % nx, k / nx)]).collect();
         metrics::rel_rms(&Image::new(nx, ny, values), wanted).map_err(Failure::refused)
     };
-    let turns: [(&str, PixelAt<'_>); 3] = [
+    let turns: [(&str, PixelAt<'_>); 7] = [
         ("mirrored left to right", &|i, j| j * nx + nx - 1 - i),
         ("mirrored top to bottom", &|i, j| (ny - 1 - j) * nx + i),
         ("turned by 180 degrees", &|i, j| (ny - 1 - j) * nx + nx - 1 - i),
+        // These are for squares.
+        ("turned by 90 degrees to the right", &|i, j| i * nx + nx - 1 - j),
+        ("turned by 90 degrees to the left", &|i, j| (nx - 1 - i) * nx + j),
+        ("mirrored and turned by 90 degrees", &|i, j| i * nx + j),
+        ("mirrored and turned by 90 degrees", &|i, j| (nx - 1 - i) * nx + nx - 1 - j),
     ];
-    for (name, pixel) in turns {
+    for (name, pixel) in turns.into_iter().take(if nx == ny { 7 } else { 3 }) {
         let turned = seen(pixel)?;
         if turned < EXPLAINS * rel_rms {
             return Ok(vec![format!(

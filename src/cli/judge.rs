@@ -1,7 +1,7 @@
 //! Opens a solid, looks at the light that comes through it, and compares it with the picture.
 
 use super::{console::say, error::Failure, json};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use glasswarp::{
     grid::Field,
     target::{TargetIrradiance, to_picture_order},
@@ -24,11 +24,6 @@ pub(crate) enum Subject {
 }
 
 impl Subject {
-    /// Opens a file whose coordinates are counted from `origin`, and finds out what it holds.
-    pub(crate) fn open(path: &Path, origin: DVec3) -> Result<Self, Failure> {
-        Self::of(Cow::Owned(read(path)?.moved(origin)), path)
-    }
-
     /// Finds out what a mesh is; `path` is where it comes from.
     pub(crate) fn of(mesh: Cow<'_, Mesh>, path: &Path) -> Result<Self, Failure> {
         match Block::from_mesh(&mesh) {
@@ -101,14 +96,7 @@ fn read_by(read: impl Fn(&Path) -> Result<Mesh, LoadError>, path: &Path) -> Resu
     })
 }
 
-/// Reads a mesh whose coordinates are counted from `origin`, and recognises the block in it.
-pub(crate) fn open_block(path: &Path, origin: DVec3) -> Result<(Mesh, Block), Failure> {
-    let mesh = read(path)?.moved(origin);
-    let block = Block::from_mesh(&mesh).map_err(|error| not_a_block(path, error))?;
-    Ok((mesh, block))
-}
-
-fn not_a_block(path: &Path, error: BlockError) -> Failure {
+pub(crate) fn not_a_block(path: &Path, error: BlockError) -> Failure {
     Failure::InvalidMesh { what: format!("{} is no block of glass", path.display()), source: Some(error.into()) }
 }
 
@@ -123,6 +111,10 @@ pub(crate) struct Examiner {
 /// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of infinitely many.
 const BEAMS_PER_PIXEL: usize = 4;
 
+/// Windows that are this many times as high as wide have as many pixels as asked for across; of narrower ones, fewer, so that there are no
+/// more in all.
+const MOST_UPRIGHT: f64 = 4.0;
+
 /// Beams across a solid that is no block, and across a block that is no rectangle, at least.
 const LEAST_BEAMS: usize = 1024;
 
@@ -134,7 +126,10 @@ impl Examiner {
                 let cells = target.cells();
                 (cells.nx().min(pixels).max(8), cells.ny() as f64 / cells.nx() as f64)
             }
-            None => (pixels, scene.window.size_mm.y / scene.window.size_mm.x),
+            None => {
+                let aspect = scene.window.size_mm.y / scene.window.size_mm.x;
+                (pixels.min((pixels as f64 * (MOST_UPRIGHT / aspect).sqrt()) as usize).max(8), aspect)
+            }
         };
         let ny = (nx as f64 * aspect).round().clamp(8.0, 32_768.0) as usize;
         (scene.window.nx, scene.window.ny) = (nx, ny);

@@ -30,6 +30,7 @@ mod opinion;
 mod otherwise;
 mod outputs;
 mod page;
+mod placed;
 mod plan;
 mod presets;
 mod preview;

@@ -14,6 +14,7 @@ use super::{
     length::Length,
     otherwise::seen_otherwise,
     outputs, page,
+    placed::{Opened, Placing},
     plan::open_target,
     progress::TerminalProgress,
     settings::{Settings, TransferName},
@@ -24,7 +25,7 @@ use super::{
     workpiece::surface_of,
 };
 use clap::{Args, Subcommand, ValueEnum};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use glasswarp::{
     report::Exposure,
     solver::Progress,
@@ -54,9 +55,12 @@ enum Action {
 
 #[derive(Args)]
 pub(crate) struct LookArgs {
-    /// The block, or any closed solid: .stl, .obj, .glb, .ply, .3mf, .step, or a height map in .png or .exr
+    /// The block, or any closed solid: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a height map in .png or .exr
     #[arg(required = true)]
     block: Option<PathBuf>,
+
+    #[command(flatten)]
+    placing: Placing,
 
     /// The picture that its light shall draw [default: the one named in the side file]
     #[arg(long, value_name = "PICTURE")]
@@ -206,6 +210,9 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
         return Err(no_side_file(block));
     }
+    if args.placing.as_placed && args.sweep.is_some() {
+        return Err(Failure::Usage("--as-placed is about one look at a file, not about a sweep".into()));
+    }
     let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
     let inputs = side_file::inputs(block, args.bench.as_deref())?;
     let written = args.output.iter().chain(&args.white).chain(&args.tally).chain(&report);
@@ -225,15 +232,16 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
-    let origin = side.as_ref().map_or(DVec3::ZERO, |side| side.origin_of(block));
-    let subject = Subject::open(block, origin)?;
+    let opened = Opened::open(block, side.as_ref(), args.placing)?;
+    let scene = scene(block, args, side.as_ref(), &opened.subject, target.as_ref())?;
+    let (subject, moves) = opened.upright(block, &scene, target.as_ref())?;
+    warnings.extend(moves);
     if report.is_some() && matches!(subject, Subject::Solid(_)) {
         return Err(Failure::Usage(format!(
             "{} is no block, and a report (--report) is about blocks",
             block.display()
         )));
     }
-    let scene = scene(block, args, side.as_ref(), &subject, target.as_ref())?;
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
         .seeing(args.surface.map(Surface::from), fresnel);
@@ -264,7 +272,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     progress.begin("tracing", 3);
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     progress.advance(1);
-    for suspicion in suspicions(&subject, &examiner, side.as_ref(), target.as_ref(), &judgement)? {
+    for suspicion in suspicions(&subject, &examiner, target.as_ref(), &judgement)? {
         console::warn(&suspicion);
         warnings.push(suspicion);
     }
@@ -421,12 +429,11 @@ fn scene(
 fn suspicions(
     subject: &Subject,
     examiner: &Examiner,
-    side: Option<&SideFile>,
     target: Option<&TargetIrradiance>,
     judgement: &Judgement,
 ) -> Result<Vec<String>, Failure> {
     let Subject::Block(block) = subject else { return Ok(Vec::new()) };
-    let mut found = side.map(|side| diagnosis::of_dimensions(block, &side.bench)).unwrap_or_default();
+    let mut found = Vec::new();
     if let (Some(target), Some(wanted), Some(verdict)) = (target, examiner.wanted(), &judgement.verdict) {
         let scene = Scene { traversal: Traversal::Grid, ..examiner.scene_for(subject) };
         let error = verdict.metrics.rel_rms;

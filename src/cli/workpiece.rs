@@ -2,10 +2,12 @@
 
 use super::{
     bench::scene_of,
+    console,
     error::Failure,
     imperfect::Intent,
-    judge::{self, Examiner, Subject},
+    judge::{Examiner, Subject},
     otherwise::seen_otherwise,
+    placed::{self, Placing},
     plan::open_target,
     side_file::SideFile,
 };
@@ -45,7 +47,8 @@ impl Workpiece {
         pixels: usize,
     ) -> Result<Self, Failure> {
         let side = SideFile::of_block(path, bench, "")?;
-        let (_, block) = judge::open_block(path, side.origin_of(path))?;
+        let (_, block, warnings) = placed::open_block(path, Some(&side), Placing::RIGHTED)?;
+        warnings.into_iter().for_each(console::warn);
         let design = &side.design;
         let picture = design.picture.as_ref().ok_or_else(|| {
             Failure::Usage("the side file names no picture, by which the block could be judged".into())

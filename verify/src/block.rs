@@ -1,6 +1,7 @@
 //! Recognising a block: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
 
 mod face;
+mod placement;
 
 use crate::{
     mesh::{Mesh, TrimmedFace},
@@ -10,6 +11,8 @@ use crate::{
 };
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
+
+pub use placement::{Placed, Placement, Stand};
 
 /// A block of glass whose exit face is a height field on a regular grid of vertices.
 #[derive(Clone, Debug)]
@@ -120,6 +123,11 @@ impl Block {
         if !report.is_sound() {
             return Err(BlockError::Unsound(report));
         }
+        Self::of_sound(mesh)
+    }
+
+    /// The same of a mesh that is known to be sound.
+    fn of_sound(mesh: &Mesh) -> Result<Self, BlockError> {
         let (lo, hi) = mesh.bounds();
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
@@ -506,6 +514,12 @@ impl Grid {
         let (before, after) = (before.round(), after.round());
         let nx = inner[0] + (before.x + after.x) as usize;
         let ny = inner[1] + (before.y + after.y) as usize;
+        // A few vertices along a diagonal span any number of nodes.
+        if nx.saturating_mul(ny) > LEAST_FILLED * above.len() + FEW_NODES {
+            return Err(BlockError::Grid {
+                why: format!("{} vertices fill hardly any of {nx} columns and {ny} rows", above.len()),
+            });
+        }
         let points = around.iter().map(|&v| mesh.vertices[v as usize]).collect();
         Ok((Self { exit, lo: lo - before * spacing, hi: hi + after * spacing, nx, ny }, points))
     }
@@ -514,6 +528,9 @@ impl Grid {
 /// By how much of a spacing an outline may miss the lines of the grid that touch it, and the most lines between it and the nodes.
 const OUTLINE_TOLERANCE: f64 = 0.05;
 const MOST_BEYOND: f64 = 8.0;
+/// One in so many nodes of a grid is within the outline at least, of more than a few.
+const LEAST_FILLED: usize = 4;
+const FEW_NODES: usize = 1 << 10;
 
 /// The level plane, facing up, that reaches the edge of the solid at its least x: which vertices lie on its triangles, and its
 /// height. `None` if there is no such plane.

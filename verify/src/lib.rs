@@ -40,7 +40,7 @@ mod spread;
 mod trace;
 
 pub use beams::{Beams, MOST_BEAMS, beams, facet_beams};
-pub use block::{Block, BlockError};
+pub use block::{Block, BlockError, Placed, Placement, Stand};
 pub use film::{Flux, Image};
 pub use light::{BeamProfile, Emission, IntensityTable, Light};
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};

@@ -1,6 +1,6 @@
 //! An indexed triangle mesh, as it was read from a file.
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use std::cmp::Ordering;
 
 /// A triangle mesh in the frame of the block: millimetres, light along `+z`.
@@ -72,6 +72,23 @@ impl Mesh {
             }
         }
         self
+    }
+
+    /// The same mesh turned about the origin, without the surface of its face towards the receiver.
+    #[must_use]
+    pub(crate) fn turned(mut self, turn: &DMat3) -> Self {
+        self.vertices.iter_mut().for_each(|v| *v = *turn * *v);
+        if let Some(normals) = &mut self.normals {
+            normals.directions.iter_mut().for_each(|n| *n = *turn * *n);
+        }
+        self.trimmed = None;
+        self
+    }
+
+    /// Turns every triangle round.
+    pub(crate) fn turn_inside_out(&mut self) {
+        let corners = self.normals.iter_mut().flat_map(|normals| &mut normals.corners);
+        self.triangles.iter_mut().chain(corners).for_each(|[_, b, c]| std::mem::swap(b, c));
     }
 
     /// Enclosed volume, mm³; negative where the triangles face inwards. Exact to rounding for any closed mesh.

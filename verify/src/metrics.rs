@@ -68,13 +68,20 @@ pub enum MetricsError {
         ny: usize,
     },
     /// Cannot be normalised.
-    #[error("the mean of the {which} is {mean}; it must be positive and finite")]
+    #[error("{}", dark(which, *mean))]
     Dark {
         /// "image" or "target".
         which: &'static str,
         /// Its mean.
         mean: f64,
     },
+}
+
+fn dark(which: &str, mean: f64) -> String {
+    if which == "image" && mean == 0.0 {
+        return "no light falls into the window of the picture: the block, its distance and the window do not fit together".into();
+    }
+    format!("the mean of the {which} is {mean}; it must be positive and finite")
 }
 
 /// Width of SSIM's window, pixels.

@@ -33,6 +33,11 @@ impl Report {
         self.is_closed() && self.flipped_edges == 0 && self.degenerate_triangles == 0 && self.volume_mm3 > 0.0
     }
 
+    /// Sound, but that all triangles face inwards.
+    pub fn is_inside_out(&self) -> bool {
+        Self { volume_mm3: -self.volume_mm3, ..*self }.is_sound()
+    }
+
     /// Every edge has exactly two triangles.
     pub fn is_closed(&self) -> bool {
         self.triangles > 0 && self.open_edges == 0 && self.crowded_edges == 0

@@ -1,17 +1,25 @@
-//! Binary glTF: metres and +Y up, turned into the frame of the block.
+//! glTF, binary or as JSON with its buffers: metres and +Y up, turned into the frame of the block.
+
+mod accessor;
+mod buffers;
 
 use super::{Allowance, Assembler, LoadError, Normals, Points};
 use crate::mesh::Mesh;
-use glam::{DMat3, DMat4, DVec3};
+use accessor::values;
+use buffers::Buffers;
+use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::{
-    Accessor, Document, Node, Primitive,
-    accessor::{DataType, Dimensions},
+    Accessor, Document, Node, Primitive, Semantic,
+    accessor::DataType,
     binary::Glb,
+    json::{Root, validation::Checked},
     mesh::Mode,
+    scene::Transform,
 };
+use std::path::Path;
 
 fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "GLB", reason: reason.into() }
+    LoadError::Malformed { format: "glTF", reason: reason.into() }
 }
 
 /// From glTF's axes to ours: x stays, z is up, y goes away from glTF's viewer.
@@ -19,15 +27,18 @@ fn to_frame(v: DVec3) -> DVec3 {
     DVec3::new(v.x, -v.z, v.y)
 }
 
-/// Parses all triangles of the default scene (the first one, if none is named) with the transformations of their nodes.
-pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
-    let Glb { json, bin, .. } = Glb::from_slice(bytes).map_err(|error| malformed(error.to_string()))?;
-    let document = document(&json)?;
-    let blob = bin.ok_or_else(|| malformed("it has no binary chunk"))?;
+/// Parses all triangles of the default scene (the first one, if none is named) with the transformations of their nodes. Buffers of their
+/// own files are looked for in `folder`.
+pub(super) fn parse(bytes: &[u8], folder: Option<&Path>, normals: Normals) -> Result<Mesh, LoadError> {
+    let is_binary = bytes.starts_with(b"glTF");
+    let glb = is_binary.then(|| Glb::from_slice(bytes)).transpose().map_err(|error| malformed(error.to_string()))?;
+    let (json, bin) = glb.as_ref().map_or((bytes, None), |glb| (&*glb.json, glb.bin.as_deref()));
+    let document = document(json)?;
+    let buffers = Buffers::open(&document, bin, folder)?;
     let Some(scene) = document.default_scene().or_else(|| document.scenes().next()) else {
         return Err(malformed("it has no scene"));
     };
-    let (mut assembler, mut allowance) = (Assembler::new(0), Allowance::of(bytes));
+    let (mut assembler, mut allowance) = (Assembler::new(0), Allowance::bytes(json.len() + buffers.length()));
     let mut directions = Vec::new();
     let mut waiting: Vec<(Node<'_>, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
     let mut visits = 0;
@@ -37,119 +48,161 @@ pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
         if visits > document.nodes().len() {
             return Err(malformed("its nodes are no tree"));
         }
-        let local = DMat4::from_cols_array_2d(&node.transform().matrix().map(|column| column.map(f64::from)));
-        let placed = parent * local;
+        let placed = parent * local(&node);
         for primitive in node.mesh().into_iter().flat_map(|mesh| mesh.primitives().collect::<Vec<_>>()) {
-            allowance.take(points(&primitive), "GLB")?;
-            add(&primitive, &blob, (placed, normals), &mut assembler, &mut directions)?;
+            allowance.take(points(&primitive), "glTF")?;
+            add(&primitive, &buffers, (placed, normals), &mut assembler, &mut directions)?;
         }
         waiting.extend(node.children().map(|child| (child, placed)));
     }
     assembler.finish(directions)
 }
 
+/// The transformation of a node, in double precision.
+fn local(node: &Node<'_>) -> DMat4 {
+    match node.transform() {
+        Transform::Matrix { matrix } => DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from))),
+        Transform::Decomposed { translation, rotation, scale } => {
+            let turned = DQuat::from_array(rotation.map(f64::from));
+            // Written in single precision, it is of unit length to seven digits only.
+            let turned = if turned.length_squared() > 0.0 { turned.normalize() } else { DQuat::IDENTITY };
+            let [scale, translation] = [scale, translation].map(|v| DVec3::from_array(v.map(f64::from)));
+            DMat4::from_scale_rotation_translation(scale, turned, translation)
+        }
+    }
+}
+
 /// The JSON of the file, validated.
 fn document(json: &[u8]) -> Result<Document, LoadError> {
-    let root = gltf::json::Root::from_slice(json).map_err(|error| malformed(error.to_string()))?;
-    // The validation below takes these for granted.
+    let mut root = Root::from_slice(json).map_err(|error| malformed(error.to_string()))?;
+    let used = |root: &Root, name: &str| root.extensions_used.iter().any(|used| used == name);
+    for required in &root.extensions_required {
+        match required.as_str() {
+            "KHR_draco_mesh_compression" => return Err(compressed("Draco", required)),
+            "EXT_meshopt_compression" | "KHR_meshopt_compression" => return Err(compressed("meshopt", required)),
+            "KHR_mesh_quantization" | "KHR_animation_pointer" => {}
+            // What things look like.
+            name if ["KHR_materials", "KHR_texture", "EXT_texture", "MSFT_texture", "KHR_lights", "EXT_lights"]
+                .iter()
+                .any(|looks| name.starts_with(looks)) => {}
+            name => return Err(malformed(format!("it requires the extension {name}, which is not understood"))),
+        }
+    }
+    root.extensions_required.clear();
+    let draco = used(&root, "KHR_draco_mesh_compression");
     for primitive in root.meshes.iter().flat_map(|mesh| &mesh.primitives) {
-        if let Some(index) = primitive.attributes.values().find(|index| index.value() >= root.accessors.len()) {
+        // The validation below takes these for granted.
+        let indices = primitive.attributes.values().chain(&primitive.indices);
+        if let Some(index) = indices.clone().find(|index| index.value() >= root.accessors.len()) {
             return Err(malformed(format!("there is no accessor {}", index.value())));
+        }
+        let is_bare = |index: &gltf::json::Index<_>| {
+            let accessor: &gltf::json::Accessor = &root.accessors[index.value()];
+            accessor.buffer_view.is_none() && accessor.sparse.is_none()
+        };
+        if draco && indices.clone().any(is_bare) {
+            return Err(compressed("Draco", "KHR_draco_mesh_compression"));
+        }
+    }
+    // The bounds of positions are wanted by the validation, and not needed.
+    for mesh in &root.meshes {
+        for primitive in &mesh.primitives {
+            if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
+                let accessor = &mut root.accessors[index.value()];
+                accessor.min = Some(vec![0.0; 3].into());
+                accessor.max = Some(vec![0.0; 3].into());
+            }
         }
     }
     Document::from_json(root).map_err(|error| malformed(error.to_string()))
 }
 
+fn compressed(by: &str, extension: &str) -> LoadError {
+    malformed(format!(
+        "its mesh is compressed by {by} ({extension}), which is not understood: save it without compression"
+    ))
+}
+
 /// Points that a primitive makes: its positions and its corners.
 fn points(primitive: &Primitive<'_>) -> usize {
     let count = |accessor: Option<Accessor<'_>>| accessor.map_or(0, |accessor| accessor.count());
-    count(primitive.get(&gltf::Semantic::Positions)).saturating_add(count(primitive.indices()))
+    let most = count(primitive.get(&Semantic::Positions)).max(count(primitive.get(&Semantic::Normals)));
+    most.saturating_add(count(primitive.indices()))
 }
+
+/// Numbers of positions, or of normals: whole ones are of quantised meshes.
+const VECTORS: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataType::I16, DataType::U16];
 
 fn add(
     primitive: &Primitive<'_>,
-    blob: &[u8],
+    buffers: &Buffers<'_>,
     (placed, wanted): (DMat4, Normals),
     assembler: &mut Assembler,
     directions: &mut Vec<DVec3>,
 ) -> Result<(), LoadError> {
-    if primitive.mode() != Mode::Triangles {
-        return Err(malformed(format!("primitives of kind {:?} are not triangles", primitive.mode())));
+    let mode = primitive.mode();
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        return Ok(()); // Points and lines bound no solid.
     }
-    let positions =
-        primitive.get(&gltf::Semantic::Positions).ok_or_else(|| malformed("a primitive has no positions"))?;
-    check(&positions, blob, Dimensions::Vec3, &[DataType::F32])?;
-    let normals = primitive.get(&gltf::Semantic::Normals);
-    if let Some(normals) = &normals {
-        check(normals, blob, Dimensions::Vec3, &[DataType::F32])?;
-        if normals.count() != positions.count() {
-            return Err(malformed("a primitive has another number of normals than of positions"));
-        }
-    }
-    if let Some(indices) = primitive.indices() {
-        check(&indices, blob, Dimensions::Scalar, &[DataType::U8, DataType::U16, DataType::U32])?;
-    }
-    let reader = primitive.reader(|buffer| (buffer.index() == 0).then_some(blob));
-    let vector = |v: [f32; 3]| DVec3::from_array(v.map(f64::from));
-    let positions: Vec<DVec3> = reader
-        .read_positions()
-        .ok_or_else(|| malformed("positions cannot be read"))?
-        .map(|v| 1000.0 * to_frame(placed.transform_point3(vector(v))))
+    let positions = primitive.get(&Semantic::Positions).ok_or_else(|| malformed("a primitive has no positions"))?;
+    let positions: Vec<DVec3> = values(&positions, buffers, &VECTORS)?
+        .into_iter()
+        .map(|v| 1000.0 * to_frame(placed.transform_point3(v.into())))
         .collect();
     let count = positions.len();
     let mut points = Points::new(positions);
-    let indices: Vec<u32> = match reader.read_indices() {
-        Some(indices) => indices.into_u32().collect(),
-        None => (0..count as u32).collect(),
+    let indices: Vec<usize> = match primitive.indices() {
+        Some(indices) => values(&indices, buffers, &[DataType::U8, DataType::U16, DataType::U32])?
+            .into_iter()
+            .map(|[index]| index as usize)
+            .collect(),
+        None => (0..count).collect(),
     };
-    if !indices.len().is_multiple_of(3) {
-        return Err(malformed(format!("{} indices are not triples", indices.len())));
-    }
     let first_normal = u32::try_from(directions.len()).map_err(|_| LoadError::TooLarge)?;
-    let normals = reader.read_normals().filter(|_| wanted == Normals::Read);
-    let with_normals = normals.is_some();
-    if let Some(normals) = normals {
+    let normals = primitive.get(&Semantic::Normals).filter(|_| wanted == Normals::Read);
+    if let Some(normals) = &normals {
+        if normals.count() != count {
+            return Err(malformed("a primitive has another number of normals than of positions"));
+        }
         let turned = DMat3::from_mat4(placed).inverse().transpose();
-        directions.extend(normals.map(|v| to_frame(turned * vector(v)).normalize_or_zero()));
+        let read = values(normals, buffers, &VECTORS)?;
+        directions.extend(read.into_iter().map(|v| to_frame(turned * DVec3::from(v)).normalize_or_zero()));
     }
     // A mirroring transformation turns triangles inside out.
     let mirrored = placed.determinant() < 0.0;
-    for corners in indices.chunks_exact(3) {
-        let corners =
-            if mirrored { [corners[0], corners[2], corners[1]] } else { [corners[0], corners[1], corners[2]] };
-        let nothing = |k| malformed(format!("index {k} points at nothing"));
-        assembler.numbered(&mut points, corners.map(|k| k as usize), nothing)?;
-        if with_normals {
-            assembler.normal_corners.push(corners.map(|k| first_normal + k));
+    each_triangle(mode, &indices, |[a, b, c]| {
+        let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+        assembler.numbered(&mut points, corners, |k| malformed(format!("index {k} points at nothing")))?;
+        if normals.is_some() {
+            assembler.normal_corners.push(corners.map(|k| first_normal + k as u32));
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
-/// Everything that the reader takes for granted.
-fn check(accessor: &Accessor<'_>, blob: &[u8], dimensions: Dimensions, types: &[DataType]) -> Result<(), LoadError> {
-    let (kind, shape) = (accessor.data_type(), accessor.dimensions());
-    if shape != dimensions || !types.contains(&kind) {
-        return Err(malformed(format!(
-            "accessor {} holds {shape:?} of {kind:?}, which is not supported",
-            accessor.index()
-        )));
+/// The triangles that indices make in this mode.
+fn each_triangle(
+    mode: Mode,
+    indices: &[usize],
+    mut take: impl FnMut([usize; 3]) -> Result<(), LoadError>,
+) -> Result<(), LoadError> {
+    match mode {
+        Mode::TriangleStrip => {
+            for (k, corners) in indices.windows(3).enumerate() {
+                let &[a, b, c] = corners else { continue };
+                // Strips are joined by triangles of no area.
+                if a != b && b != c && c != a {
+                    take(if k % 2 == 0 { [a, b, c] } else { [a, c, b] })?;
+                }
+            }
+            Ok(())
+        }
+        Mode::TriangleFan => indices.windows(2).skip(1).try_for_each(|pair| take([pair[0], pair[1], indices[0]])),
+        _ if !indices.len().is_multiple_of(3) => {
+            Err(malformed(format!("{} indices are not triples", indices.len())))
+        }
+        _ => indices.chunks_exact(3).try_for_each(|corners| take([corners[0], corners[1], corners[2]])),
     }
-    if accessor.sparse().is_some() {
-        return Err(malformed(format!("accessor {} is sparse, which is not supported", accessor.index())));
-    }
-    let fits = accessor.view().is_some_and(|view| {
-        let stride = view.stride().unwrap_or(accessor.size());
-        let last = accessor.count().checked_sub(1).and_then(|n| n.checked_mul(stride));
-        let needed = last.and_then(|n| n.checked_add(accessor.size())).and_then(|n| n.checked_add(accessor.offset()));
-        let end = view.offset().checked_add(view.length());
-        let in_blob = matches!(view.buffer().source(), gltf::buffer::Source::Bin);
-        in_blob
-            && stride >= accessor.size()
-            && needed.is_some_and(|n| n <= view.length())
-            && end.is_some_and(|n| n <= blob.len())
-    });
-    if fits { Ok(()) } else { Err(malformed(format!("accessor {} does not fit into the file", accessor.index()))) }
 }
 
 #[cfg(test)]
@@ -190,7 +243,7 @@ mod tests {
 
     #[test]
     fn metres_with_y_up_become_millimetres_with_z_up() {
-        let mesh = parse(&triangle(JSON), Normals::Read).unwrap();
+        let mesh = parse(&triangle(JSON), None, Normals::Read).unwrap();
         let expected = [DVec3::new(0.0, 0.0, 4.0), DVec3::new(1.0, 0.0, 4.0), DVec3::new(0.0, 2.0, 4.0)];
         for (ours, theirs) in mesh.vertices.iter().zip(expected) {
             assert!((*ours - theirs).length() < 1e-6);
@@ -202,7 +255,7 @@ mod tests {
     #[test]
     fn node_transformations_apply() {
         let json = JSON.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[2,2,2],"translation":[0,0.01,0]}"#);
-        let mesh = parse(&triangle(&json), Normals::Read).unwrap();
+        let mesh = parse(&triangle(&json), None, Normals::Read).unwrap();
         assert!((mesh.vertices[2] - DVec3::new(0.0, 4.0, 18.0)).length() < 1e-5);
     }
 
@@ -210,19 +263,19 @@ mod tests {
     fn broken_files_are_named() {
         for (from, to) in [
             (r#""count":3,"type":"SCALAR""#, r#""count":4000000000,"type":"SCALAR""#),
-            (r#""componentType":5126,"count":3,"type":"VEC3"}"#, r#""componentType":5121,"count":3,"type":"VEC3"}"#),
+            (r#""componentType":5126,"count":3,"type":"VEC3"}"#, r#""componentType":5125,"count":3,"type":"VEC3"}"#),
             (r#""byteOffset":36,"byteLength":36"#, r#""byteOffset":360,"byteLength":36"#),
             (r#""nodes":[{"mesh":0}]"#, r#""nodes":[{"mesh":0,"children":[0]}]"#),
             (r#""byteLength":36},"#, r#""byteLength":36,"byteStride":4},"#),
-            (r#""indices":2"#, r#""indices":2,"mode":1"#),
+            (r#""asset""#, r#""extensionsRequired":["EXT_mesh_gpu_instancing"],"asset""#),
         ] {
             assert!(JSON.contains(from), "{from}");
             let broken = triangle(&JSON.replacen(from, to, 1));
-            assert!(matches!(parse(&broken, Normals::Read), Err(LoadError::Malformed { .. })), "{to}");
+            assert!(matches!(parse(&broken, None, Normals::Read), Err(LoadError::Malformed { .. })), "{to}");
         }
         let good = triangle(JSON);
         for length in 0..good.len() {
-            assert!(parse(&good[..length], Normals::Read).is_err(), "cut to {length} bytes");
+            assert!(parse(&good[..length], None, Normals::Read).is_err(), "cut to {length} bytes");
         }
     }
 }

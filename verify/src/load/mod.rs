@@ -5,8 +5,10 @@
 mod glb;
 mod height_map;
 mod obj;
+mod off;
 mod outlined;
 mod ply;
+mod polygon;
 mod step;
 mod stl;
 mod three_mf;
@@ -33,7 +35,7 @@ pub enum LoadError {
         source: std::io::Error,
     },
     /// Not one of the formats.
-    #[error("{} is not of a known kind; known are .stl, .obj, .glb, .ply, .step, .3mf, and the height maps .png and .exr", path.display())]
+    #[error("{} is not of a known kind; known are .stl, .obj, .glb, .gltf, .ply, .off, .step, .3mf, and the height maps .png and .exr", path.display())]
     UnknownExtension {
         /// Which file.
         path: PathBuf,
@@ -62,6 +64,16 @@ pub enum LoadError {
         /// Which of its corners.
         vertex: usize,
     },
+    /// A coordinate is no place of anything.
+    #[error("vertex {vertex} of triangle {triangle} has a coordinate of {value_mm:e} mm; up to {MOST_MM:e} mm are taken")]
+    TooFar {
+        /// Index of the triangle.
+        triangle: usize,
+        /// Which of its corners.
+        vertex: usize,
+        /// The greatest of its coordinates, mm.
+        value_mm: f64,
+    },
     /// Nothing to trace.
     #[error("the file holds no triangles")]
     Empty,
@@ -69,6 +81,9 @@ pub enum LoadError {
     #[error("the file holds more than 4 294 967 294 vertices")]
     TooLarge,
 }
+
+/// Greatest coordinate, mm: squares and cubes of it are numbers in single precision too.
+const MOST_MM: f64 = 1e9;
 
 /// The formats that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,13 +93,15 @@ pub enum Format {
     Stl,
     /// Millimetres, z up, read in single precision.
     Obj,
-    /// Binary glTF: metres, +Y up.
-    Glb,
+    /// glTF, binary or as JSON: metres, +Y up.
+    Gltf,
     /// Text or binary; taken as millimetres, z up.
     Ply,
+    /// Text; taken as millimetres, z up.
+    Off,
     /// One solid of planes and B-spline faces, sampled so that the spline through the samples is the face; its own unit.
     Step,
-    /// One object, its own unit.
+    /// All that is built, its own unit.
     ThreeMf,
     /// A height map with its numbers in its text; a block is put under it.
     HeightMapPng,
@@ -94,10 +111,20 @@ pub enum Format {
 
 impl Format {
     /// All of them.
-    pub const ALL: [Self; 8] =
-        [Self::Stl, Self::Obj, Self::Glb, Self::Ply, Self::Step, Self::ThreeMf, Self::HeightMapPng, Self::HeightMapExr];
+    pub const ALL: [Self; 9] = [
+        Self::Stl,
+        Self::Obj,
+        Self::Gltf,
+        Self::Ply,
+        Self::Off,
+        Self::Step,
+        Self::ThreeMf,
+        Self::HeightMapPng,
+        Self::HeightMapExr,
+    ];
 
-    /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb`, `.ply`, `.step` or `.stp`, `.3mf`, `.png`, `.exr`.
+    /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb` or `.gltf`, `.ply`, `.off`, `.step` or
+    /// `.stp`, `.3mf`, `.png`, `.exr`.
     ///
     /// # Errors
     /// [`LoadError::UnknownExtension`].
@@ -106,8 +133,9 @@ impl Format {
         Ok(match extension.as_str() {
             "stl" => Self::Stl,
             "obj" => Self::Obj,
-            "glb" => Self::Glb,
+            "glb" | "gltf" => Self::Gltf,
             "ply" => Self::Ply,
+            "off" => Self::Off,
             "step" | "stp" => Self::Step,
             "3mf" => Self::ThreeMf,
             "png" => Self::HeightMapPng,
@@ -144,7 +172,10 @@ fn read_with(path: &Path, normals: Normals) -> Result<Mesh, LoadError> {
         Format::Obj if about.is_file() => obj::stream(&mut file, normals, &failed)?,
         _ => None,
     };
-    mesh.map_or_else(|| parse_with(format, &std::fs::read(path).map_err(failed)?, normals), Ok)
+    match mesh {
+        Some(mesh) => within_reach(mesh),
+        None => parse_with(format, &std::fs::read(path).map_err(failed)?, path.parent(), normals),
+    }
 }
 
 /// What is done with the normals of a file.
@@ -165,21 +196,38 @@ type Failed<'a> = &'a dyn Fn(io::Error) -> LoadError;
 /// # Errors
 /// See [`LoadError`].
 pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, LoadError> {
-    parse_with(format, bytes, Normals::Read)
+    parse_with(format, bytes, None, Normals::Read)
 }
 
-fn parse_with(format: Format, bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
+/// `folder` is where files that this one names are looked for.
+fn parse_with(format: Format, bytes: &[u8], folder: Option<&Path>, normals: Normals) -> Result<Mesh, LoadError> {
     let mesh = match format {
         Format::Stl => stl::parse(bytes),
         Format::Obj => obj::parse(bytes, normals),
-        Format::Glb => glb::parse(bytes, normals),
+        Format::Gltf => glb::parse(bytes, folder, normals),
         Format::Ply => ply::parse(bytes),
+        Format::Off => off::parse(bytes, normals),
         Format::Step => step::parse(bytes),
         Format::ThreeMf => three_mf::parse(bytes),
         Format::HeightMapPng => height_map::parse_png(bytes),
         Format::HeightMapExr => height_map::parse_exr(bytes),
     }?;
-    Ok(if normals == Normals::Read { mesh } else { Mesh { normals: None, ..mesh } })
+    within_reach(if normals == Normals::Read { mesh } else { Mesh { normals: None, ..mesh } })
+}
+
+/// Demands that all coordinates are those of things.
+fn within_reach(mesh: Mesh) -> Result<Mesh, LoadError> {
+    let far = |v: DVec3| v.abs().max_element() > MOST_MM;
+    if !mesh.vertices.iter().any(|&v| far(v)) {
+        return Ok(mesh);
+    }
+    let found = (0..mesh.triangles.len()).find_map(|triangle| {
+        let corners = mesh.corners(triangle);
+        let vertex = corners.iter().position(|&v| far(v))?;
+        Some(LoadError::TooFar { triangle, vertex, value_mm: corners[vertex].abs().max_element() })
+    });
+    // One that no triangle uses.
+    found.map_or(Ok(mesh), Err)
 }
 
 /// How many points a file may make. Some formats let a few bytes stand for any number of them: one mesh in many places, a spline
@@ -191,7 +239,17 @@ struct Allowance {
 impl Allowance {
     /// A point for every byte: files that mean what they say need ten bytes and more for one.
     fn of(bytes: &[u8]) -> Self {
-        Self { left: bytes.len() + (1 << 16) }
+        Self::bytes(bytes.len())
+    }
+
+    /// The same for so many bytes.
+    fn bytes(count: usize) -> Self {
+        Self { left: count + (1 << 16) }
+    }
+
+    /// For more bytes.
+    fn grow(&mut self, count: usize) {
+        self.left = self.left.saturating_add(count);
     }
 
     fn take(&mut self, points: usize, format: &'static str) -> Result<(), LoadError> {

@@ -1,12 +1,12 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, Failed, LoadError, Normals, Points};
+use super::{Assembler, Failed, LoadError, Normals, Points, polygon};
 use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::io::{self, Read};
 
-/// Parses the geometry of an OBJ file, all objects together; polygons are cut into fans, materials are passed over.
+/// Parses the geometry of an OBJ file, all objects together; polygons are cut into triangles, materials are passed over.
 pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let failed = |error: io::Error| LoadError::Malformed { format: "OBJ", reason: error.to_string() };
     stream(&mut &*bytes, normals, &failed)?.map_or_else(|| any(bytes), Ok)
@@ -179,18 +179,16 @@ fn number(text: &[u8]) -> Option<(u32, &[u8])> {
 }
 
 /// Parses any file.
-fn any(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let options = tobj::LoadOptions {
-        triangulate: true,
-        ignore_points: true,
-        ignore_lines: true,
-        ..tobj::LoadOptions::default()
-    };
+fn any(bytes: &[u8]) -> Result<Mesh, LoadError> {
+    let malformed = |reason: String| LoadError::Malformed { format: "OBJ", reason };
+    if bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff") {
+        return Err(malformed("it is text in UTF-16, which is not understood: save it as ASCII or UTF-8".into()));
+    }
+    let options = tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let (models, _) = tobj::load_obj_buf(&mut bytes, &options, no_materials)
-        .map_err(|error| LoadError::Malformed { format: "OBJ", reason: error.to_string() })?;
-    let count = models.iter().map(|m| m.mesh.indices.len() / 3).sum();
-    let mut assembler = Assembler::new(count);
+    let (models, _) = tobj::load_obj_buf(&mut &*geometry(bytes), &options, no_materials)
+        .map_err(|error| malformed(error.to_string()))?;
+    let mut assembler = Assembler::new(models.iter().map(|m| m.mesh.indices.len() / 3).sum());
     let mut directions = Vec::new();
     for model in &models {
         let mesh = &model.mesh;
@@ -198,20 +196,48 @@ fn any(mut bytes: &[u8]) -> Result<Mesh, LoadError> {
             of.chunks_exact(3).map(|v| DVec3::new(v[0].into(), v[1].into(), v[2].into())).collect()
         };
         let mut points = Points::new(vectors(&mesh.positions));
-        let first_normal = directions.len() as u32;
+        let first_normal = directions.len();
         directions.extend(vectors(&mesh.normals));
-        for corners in mesh.indices.chunks_exact(3) {
-            assembler.numbered(&mut points, [corners[0], corners[1], corners[2]].map(|k| k as usize), nothing)?;
+        let indices = |of: &[u32], first: usize| -> Vec<usize> { of.iter().map(|&k| first + k as usize).collect() };
+        let (corners, normals) = (indices(&mesh.indices, 0), indices(&mesh.normal_indices, first_normal));
+        if let Some(&k) = normals.iter().find(|&&k| k >= directions.len()) {
+            return Err(nothing(k));
         }
-        for corners in mesh.normal_indices.chunks_exact(3) {
-            let corners = [corners[0], corners[1], corners[2]].map(|k| first_normal + k);
-            if let Some(&k) = corners.iter().find(|&&k| k as usize >= directions.len()) {
-                return Err(nothing(k as usize));
-            }
-            assembler.normal_corners.push(corners);
+        let with_normals = !normals.is_empty() && normals.len() == corners.len();
+        // Faces of three corners only have no list of their numbers of corners.
+        let threes = corners.len() / 3;
+        let arities = mesh.face_arities.iter().map(|&count| count as usize);
+        let all_threes = std::iter::repeat_n(3, if mesh.face_arities.is_empty() { threes } else { 0 });
+        let mut first = 0;
+        for count in arities.chain(all_threes) {
+            let face = first..first + count;
+            first += count;
+            let Some(of_face) = corners.get(face.clone()) else { return Err(malformed("a face is cut off".into())) };
+            polygon::add(&mut assembler, &mut points, of_face, with_normals.then(|| &normals[face]), nothing)?;
         }
     }
     assembler.finish(directions)
+}
+
+/// The lines that tell a shape, as the library reads them: without notes behind them, each in one piece, in ASCII.
+fn geometry(bytes: &[u8]) -> Vec<u8> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let mut lines = Vec::with_capacity(bytes.len());
+    let mut goes_on = false;
+    for line in bytes.split(|&byte| byte == b'\n' || byte == b'\r') {
+        let line = line.split(|&byte| byte == b'#').next().unwrap_or_default().trim_ascii();
+        let (line, more) = line.strip_suffix(b"\\").map_or((line, false), |line| (line, true));
+        let keyword = line.split(u8::is_ascii_whitespace).next().unwrap_or_default();
+        if line.is_empty() && goes_on {
+            continue; // Between the two characters that end a line.
+        }
+        if goes_on || matches!(keyword, b"v" | b"vn" | b"vt" | b"f" | b"o" | b"g") {
+            lines.extend(line.iter().map(|&byte| if byte.is_ascii() { byte } else { b'?' }));
+            lines.push(if more { b' ' } else { b'\n' });
+        }
+        goes_on = more;
+    }
+    lines
 }
 
 #[cfg(test)]
@@ -268,6 +294,37 @@ mod tests {
         ] {
             assert!(!is_plain(other), "{other}");
         }
+    }
+
+    #[test]
+    fn every_dialect_is_the_same_solid() {
+        let plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 2\nf 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+        let mesh = parse(plain.as_bytes(), Normals::Read).unwrap();
+        assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (5, 6));
+        assert!((mesh.volume_mm3() - 2.0 / 3.0).abs() < 1e-12);
+        let coloured = plain.replace("\nf", "\n_").replace("\nv", " 0.5 0.5 0.5\nv").replace("\n_", "\nf");
+        for text in [
+            plain.replace("f 1 4 3 2", "f -5 -2 -3 -4"),
+            plain.replace("f 1 4 3 2\n", "").replace("v 0.5", "f 1 4 3 2\nv 0.5"),
+            plain.replace("f 1 4 3 2\n", "").replace("v 0.5", "f -4 -1 -2 -3\nv 0.5"),
+            coloured,
+            plain.replace("f 1 4 3 2", "f 1 4 \\\n3 2"),
+            plain.replace("f 1 4 3 2", "f 1 4 \\\r\n3 2"),
+            plain.replace("f 1 4 3 2", "f 1 4 3 2 # the floor"),
+            plain.replace("f 1 4 3 2", "# L\u{e4}nge\nf 1 4 3 2"),
+            plain.replace("f 1 4 3 2", "vt 0 0\nusemtl glass\ns off\nf 1/1 4/1 3/1 2/1"),
+            plain.replace("f 1 4 3 2", "l 1 2\np 1\ncurv 0 1\nf 1 4 3 2"),
+            plain.replace('\n', "\r\n"),
+            plain.replace('\n', "\r"),
+            plain.replace(' ', " \t "),
+            format!("\u{feff}{plain}"),
+        ] {
+            let found = parse(text.as_bytes(), Normals::Read);
+            let same = |found: &Mesh| found.vertices.len() == 5 && (found.volume_mm3() - 2.0 / 3.0).abs() < 1e-12;
+            assert!(found.as_ref().is_ok_and(same), "{found:?} of\n{text}");
+        }
+        let latin = [b"# L\xe4nge\n", plain.as_bytes()].concat();
+        assert_eq!(parse(&latin, Normals::Read).unwrap(), mesh);
     }
 
     #[test]

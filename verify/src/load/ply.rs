@@ -1,62 +1,107 @@
 //! Polygon File Format (Stanford), text and binary.
 
-use super::{Assembler, LoadError, Points};
+use super::{Assembler, LoadError, Points, polygon};
 use crate::mesh::Mesh;
 use glam::DVec3;
+use std::borrow::Cow;
 
 /// Parses the elements `vertex` and `face` of a PLY file; polygons are cut into fans, all other elements are passed over.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let (header, body) = split(bytes)?;
-    let (encoding, elements) = declared(header)?;
+    let (encoding, elements) = declared(&header)?;
     let mut values = Values { encoding, rest: body };
     let (mut positions, mut directions) = (Vec::new(), Vec::new());
-    let mut polygons: Vec<Vec<f64>> = Vec::new();
+    // Corners of the polygons one after the other, and where each ends.
+    let (mut corners, mut ends) = (Vec::<f64>::new(), Vec::new());
+    let (mut strips, mut passed_over) = (Vec::<f64>::new(), Vec::new());
     for element in &elements {
+        let roles: Vec<Role> = element.properties.iter().map(|property| Role::of(element, property)).collect();
         for _ in 0..element.count {
-            let (mut position, mut direction) = ([None; 3], [None; 3]);
-            for property in &element.properties {
-                let list = values.read(property)?;
-                match (element.name.as_str(), property.name.as_str()) {
-                    ("vertex", name) => {
-                        for (k, (place, normal)) in [("x", "nx"), ("y", "ny"), ("z", "nz")].into_iter().enumerate() {
-                            if name == place {
-                                position[k] = list.first().copied();
-                            } else if name == normal {
-                                direction[k] = list.first().copied();
-                            }
-                        }
+            let (mut position, mut direction) = ([f64::NAN; 3], [f64::NAN; 3]);
+            for (property, role) in element.properties.iter().zip(&roles) {
+                match role {
+                    Role::Place(axis) => position[*axis] = values.scalar(property.item)?,
+                    Role::Normal(axis) => direction[*axis] = values.scalar(property.item)?,
+                    Role::Corners => {
+                        values.list(property, &mut corners)?;
+                        ends.push(corners.len());
                     }
-                    ("face", "vertex_indices" | "vertex_index") => polygons.push(list),
-                    _ => {}
+                    Role::Strips => {
+                        values.list(property, &mut strips)?;
+                        strips.push(-1.0);
+                    }
+                    Role::None => {
+                        passed_over.clear();
+                        values.list(property, &mut passed_over)?;
+                    }
                 }
             }
             if element.name == "vertex" {
-                let [Some(x), Some(y), Some(z)] = position else {
-                    return Err(malformed("its vertices have no x, y and z".into()));
-                };
-                positions.push(DVec3::new(x, y, z));
-                if let [Some(x), Some(y), Some(z)] = direction {
-                    directions.push(DVec3::new(x, y, z));
-                }
+                positions.push(DVec3::from(position));
+                directions.push(DVec3::from(direction));
             }
         }
+        let has = |role: Role| roles.contains(&role);
+        if element.name == "vertex" && !(0..3).all(|axis| has(Role::Place(axis))) {
+            return Err(malformed("its vertices have no x, y and z".into()));
+        }
+        if element.name == "vertex" && !(0..3).all(|axis| has(Role::Normal(axis))) {
+            directions.clear();
+        }
     }
-    let mut assembler = Assembler::new(polygons.len());
-    let has_normals = directions.len() == positions.len();
+    let mut assembler = Assembler::new(ends.len());
+    let has_normals = !directions.is_empty() && directions.len() == positions.len();
     let count = positions.len();
     let mut points = Points::new(positions);
     let nothing = |found: f64| malformed(format!("index {found} points at none of {count} vertices"));
-    for polygon in &polygons {
-        let index = |k: usize| if polygon[k] >= 0.0 { Ok(polygon[k] as usize) } else { Err(nothing(polygon[k])) };
-        for k in 2..polygon.len() {
-            let corners = [index(0)?, index(k - 1)?, index(k)?];
-            assembler.numbered(&mut points, corners, |k| nothing(k as f64))?;
-            if has_normals {
-                assembler.normal_corners.push(corners.map(|v| v as u32));
+    let index = |value: f64| if value >= 0.0 && value.fract() == 0.0 { Ok(value as usize) } else { Err(nothing(value)) };
+    let mut add = |corners: &[usize]| {
+        polygon::add(&mut assembler, &mut points, corners, has_normals.then_some(corners), |k| nothing(k as f64))
+    };
+    let (mut first, mut polygon) = (0, Vec::new());
+    for end in ends {
+        polygon.clear();
+        for &corner in &corners[first..end] {
+            polygon.push(index(corner)?);
+        }
+        add(&polygon)?;
+        first = end;
+    }
+    // Strips of triangles, each turned the other way than the one before it; a negative number ends one.
+    for strip in strips.split(|&index| index < 0.0) {
+        for (k, corners) in strip.windows(3).enumerate() {
+            let [a, b, c] = [index(corners[0])?, index(corners[1])?, index(corners[2])?];
+            if a != b && b != c && c != a {
+                add(&if k % 2 == 0 { [a, b, c] } else { [b, a, c] })?;
             }
         }
     }
     assembler.finish(if has_normals { directions } else { Vec::new() })
+}
+
+/// What a property is read for.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Place(usize),
+    Normal(usize),
+    Corners,
+    Strips,
+    None,
+}
+
+impl Role {
+    fn of(element: &Element, property: &Property) -> Self {
+        let axis = |names: [&str; 3]| names.iter().position(|name| *name == property.name);
+        match (element.name.as_str(), property.length.is_some()) {
+            ("vertex", false) => {
+                let place = axis(["x", "y", "z"]).map(Self::Place);
+                place.or_else(|| axis(["nx", "ny", "nz"]).map(Self::Normal)).unwrap_or(Self::None)
+            }
+            ("face", true) if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => Self::Corners,
+            ("tristrips", true) if matches!(property.name.as_str(), "vertex_indices" | "vertex_index") => Self::Strips,
+            _ => Self::None,
+        }
+    }
 }
 
 fn malformed(reason: String) -> LoadError {
@@ -107,18 +152,19 @@ impl Scalar {
 }
 
 /// The text up to `end_header`, and what follows its line.
-fn split(bytes: &[u8]) -> Result<(&str, &[u8]), LoadError> {
+fn split(bytes: &[u8]) -> Result<(Cow<'_, str>, &[u8]), LoadError> {
     const END: &[u8] = b"end_header";
     let at = bytes.windows(END.len()).position(|w| w == END).filter(|_| bytes.starts_with(b"ply"));
     let at = at.ok_or_else(|| malformed("it has no header from 'ply' to 'end_header'".into()))?;
-    let line = bytes[at..].iter().position(|&b| b == b'\n').map_or(bytes.len(), |end| at + end + 1);
-    let header = std::str::from_utf8(&bytes[..at]).map_err(|error| malformed(format!("its header: {error}")))?;
-    Ok((header, &bytes[line..]))
+    // A body may begin with the byte that ends lines elsewhere.
+    let line_end = if bytes[..at].contains(&b'\n') { b'\n' } else { b'\r' };
+    let body = bytes[at..].iter().position(|&b| b == line_end).map_or(bytes.len(), |end| at + end + 1);
+    Ok((String::from_utf8_lossy(&bytes[..at]), &bytes[body..]))
 }
 
 fn declared(header: &str) -> Result<(Encoding, Vec<Element>), LoadError> {
     let (mut encoding, mut elements) = (None, Vec::<Element>::new());
-    for line in header.lines().skip(1) {
+    for line in header.split(['\n', '\r']).skip(1) {
         let words: Vec<&str> = line.split_whitespace().collect();
         match words[..] {
             ["format", name, "1.0"] => {
@@ -160,17 +206,17 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    /// A scalar, or the items of a list. Every item takes bytes of the file, so that no count has to be believed.
-    fn read(&mut self, property: &Property) -> Result<Vec<f64>, LoadError> {
-        let count = match property.length {
+    /// Reads a scalar, or the items of a list. Every item takes bytes of the file, so that no count has to be believed.
+    fn list(&mut self, property: &Property, items: &mut Vec<f64>) -> Result<(), LoadError> {
+        let mut count = match property.length {
             None => 1.0,
             Some(length) => self.scalar(length)?,
         };
-        let mut items = Vec::new();
-        while (items.len() as f64) < count {
+        while count > 0.0 {
             items.push(self.scalar(property.item)?);
+            count -= 1.0;
         }
-        Ok(items)
+        Ok(())
     }
 
     fn scalar(&mut self, scalar: Scalar) -> Result<f64, LoadError> {
@@ -180,11 +226,11 @@ impl Values<'_> {
             let end = self.rest.iter().position(u8::is_ascii_whitespace).unwrap_or(self.rest.len());
             let (word, rest) = self.rest.split_at(end);
             self.rest = rest;
-            let word = String::from_utf8_lossy(word);
             return if word.is_empty() {
                 Err(ended())
             } else {
-                word.parse().map_err(|_| malformed(format!("'{word}' is no number")))
+                fast_float2::parse(word)
+                    .map_err(|_| malformed(format!("'{}' is no number", String::from_utf8_lossy(word))))
             };
         }
         let (Scalar::Signed(size) | Scalar::Unsigned(size) | Scalar::Float(size)) = scalar;
@@ -251,6 +297,36 @@ mod tests {
         assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-15 && mesh.normals.is_none());
         assert_eq!(parse(&binary(false)).unwrap(), mesh);
         assert_eq!(parse(&binary(true)).unwrap(), mesh);
+    }
+
+    #[test]
+    fn every_dialect_is_the_same_solid() {
+        let mesh = parse(text().as_bytes()).unwrap();
+        let list = "element face 4\nproperty list uchar int vertex_indices";
+        let counted = |kind: &str| format!("element face 4\nproperty list {kind} vertex_index");
+        for (from, to) in [
+            ("\n", "\r\n"),
+            ("\n", "\r"),
+            ("comment unit mm", "comment by M\u{fc}ller\nobj_info scanned"),
+            ("float", "float32"),
+            ("float", "double"),
+            (list, &counted("uint int")),
+            (list, &counted("float float")),
+            (list, &counted("uint8 int32")),
+        ] {
+            assert!(text().contains(from), "{from}");
+            assert_eq!(parse(text().replace(from, to).as_bytes()).unwrap(), mesh, "{to}");
+        }
+        // An element of no use, with a list, between the others; more in a face; and what lies in a file behind all.
+        let other = text()
+            .replace("element face", "element camera 2\nproperty list char short views\nproperty int of\nelement face")
+            .replace("3 0 2 1\n", "2 7 8 1\n0 1\n3 0 2 1\n");
+        assert_eq!(parse((other + "left over").as_bytes()).unwrap(), mesh);
+        let strips = text();
+        let strips = &strips[..strips.find("3 0 2 1").unwrap()];
+        let strips = strips.replace(list, "element tristrips 1\nproperty list int int vertex_indices");
+        let strip = parse(format!("{strips}9 0 2 1 3 0 2 -1 0 1\n").as_bytes()).unwrap();
+        assert_eq!((strip.triangles.len(), crate::solid::check(&strip).is_sound()), (4, true));
     }
 
     #[test]

@@ -1,9 +1,11 @@
 //! STL, binary and text.
 
+mod text;
+
 use super::{Assembler, Failed, LoadError};
 use crate::mesh::Mesh;
 use glam::DVec3;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Read};
 
 const HEADER: usize = 84;
 const RECORD: usize = 50;
@@ -15,22 +17,27 @@ const RECORDS: usize = 1 << 12;
 /// A file whose length fits its count is binary, whatever its header says: many programs begin a binary file with "solid".
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let promised = bytes.first_chunk().map(count);
-    let held = (bytes.len().saturating_sub(HEADER) / RECORD) as u64;
     let exact = promised.is_some_and(|n| is_binary(n, bytes.len() as u64));
-    if !exact && bytes.trim_ascii_start().starts_with(b"solid") {
-        return text(bytes);
+    if !exact && text::is_text(bytes)? {
+        return text::parse(bytes);
     }
-    match promised {
-        Some(promised) if promised <= held => {
-            let failed = |error: io::Error| LoadError::Malformed { format: "STL", reason: error.to_string() };
-            binary(&mut &bytes[HEADER..], promised as usize, &failed)
-        }
-        Some(promised) => Err(LoadError::Truncated { promised, held }),
-        None => Err(LoadError::Malformed {
-            format: "STL",
-            reason: format!("{} bytes are too few for a header", bytes.len()),
-        }),
+    let Some(promised) = promised else {
+        return Err(malformed(format!("{} bytes are too few for a header", bytes.len())));
+    };
+    let (held, rest) = ((bytes.len() - HEADER) / RECORD, (bytes.len() - HEADER) % RECORD);
+    if promised > held as u64 {
+        return Err(LoadError::Truncated { promised, held: held as u64 });
     }
+    // A few bytes behind the last triangle are some program's own; whole triangles were forgotten in the count.
+    if !exact && rest == 0 {
+        return Err(malformed(format!("its header promises {promised} triangles, and it holds {held}")));
+    }
+    let failed = |error: io::Error| malformed(error.to_string());
+    binary(&mut &bytes[HEADER..], promised as usize, &failed)
+}
+
+fn malformed(reason: impl Into<String>) -> LoadError {
+    LoadError::Malformed { format: "STL", reason: reason.into() }
 }
 
 /// Parses a binary file of this length without holding it as a whole. `None` for any other, of which the beginning has been read.
@@ -68,20 +75,6 @@ fn binary(records: &mut impl Read, mut count: usize, failed: Failed<'_>) -> Resu
             let corner = |k: usize| DVec3::new(coordinate(12 * k), coordinate(12 * k + 4), coordinate(12 * k + 8));
             assembler.triangle([corner(1), corner(2), corner(3)])?;
         }
-    }
-    assembler.finish(Vec::new())
-}
-
-fn text(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let malformed = |error: std::io::Error| LoadError::Malformed { format: "STL", reason: error.to_string() };
-    // The reader insists on a name after "solid"; the name itself does not matter.
-    let body = bytes.iter().position(|&b| b == b'\n').map_or(&bytes[bytes.len()..], |end| &bytes[end + 1..]);
-    let mut reader = Cursor::new([b"solid block\n", body].concat());
-    let triangles = stl_io::create_stl_reader(&mut reader).map_err(malformed)?;
-    let mut assembler = Assembler::new(bytes.len() / 256);
-    for triangle in triangles {
-        let corners = triangle.map_err(malformed)?.vertices;
-        assembler.triangle(corners.map(|v| DVec3::from_array(v.0.map(f64::from))))?;
     }
     assembler.finish(Vec::new())
 }
@@ -140,6 +133,14 @@ mod tests {
         assert!(matches!(parse(b""), Err(LoadError::Malformed { .. })));
         assert!(matches!(parse(b"solid x\nfacet normal 0 0"), Err(LoadError::Malformed { .. })));
         assert!(matches!(parse(b"solid x\nendsolid x\n"), Err(LoadError::Empty)));
+        let mut miscounted = good.clone();
+        miscounted[80] = 3;
+        let reason = parse(&miscounted).unwrap_err().to_string();
+        assert!(reason.contains("promises 3 triangles, and it holds 4"), "{reason}");
+        for tail in [1, 49, 51] {
+            let longer = [good.clone(), vec![7; tail]].concat();
+            assert_eq!(parse(&longer).unwrap(), parse(&good).unwrap(), "{tail} bytes behind the end");
+        }
         let mut none = good;
         none.truncate(84);
         none[80..].fill(0);

@@ -1,151 +1,121 @@
-//! 3MF: a mesh in XML within a ZIP archive, with its unit.
+//! 3MF: objects, and what is put together from them, in XML within a ZIP archive, with their unit.
 
-use super::{Assembler, LoadError, Points};
+mod part;
+
+use super::{Allowance, Assembler, LoadError, Points};
 use crate::mesh::Mesh;
-use glam::DVec3;
-use quick_xml::{
-    Reader,
-    events::{BytesStart, Event},
+use glam::DAffine3;
+use part::{Part, attribute, each_element};
+use std::{
+    collections::HashMap,
+    io::{BufReader, Cursor, Read},
 };
-use std::io::{BufRead, BufReader, Cursor, Read};
 
 fn malformed(reason: impl Into<String>) -> LoadError {
     LoadError::Malformed { format: "3MF", reason: reason.into() }
 }
 
-/// The model may be this many times as large as its archive: what deflate makes of such text is about a tenth.
+/// The models may be this many times as large as their archive: what deflate makes of such text is about a tenth.
 const MOST_EXPANSION: u64 = 200;
+/// Deepest nesting of components.
+const DEEPEST: usize = 64;
 
-/// Parses the mesh of the only object.
+/// Parses all that the file builds; of one that builds nothing, all objects that are no part of others.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| malformed(error.to_string()))?;
-    let name = model_name(&mut archive)?;
-    let file = archive.by_name(&name).map_err(|error| malformed(format!("{name}: {error}")))?;
-    let most = MOST_EXPANSION * bytes.len() as u64;
-    if file.size() > most {
-        return Err(malformed("it unpacks to more than 200 times its size"));
-    }
-    let mut model = Model::default();
-    each_element(BufReader::with_capacity(1 << 16, file.take(most)), |element| model.take(element))?;
-    model.finish()
-}
-
-/// The part that the package calls its model.
-fn model_name(archive: &mut zip::ZipArchive<Cursor<&[u8]>>) -> Result<String, LoadError> {
-    let relations = archive.by_name("_rels/.rels").map_err(|error| malformed(format!("_rels/.rels: {error}")))?;
-    let mut name = None;
-    each_element(BufReader::new(relations.take(1 << 20)), |element| {
-        if element.local_name().as_ref() == "Relationship"
-            && attribute(element, "Type")?.is_some_and(|kind| kind.ends_with("/3dmodel"))
-        {
-            name = attribute(element, "Target")?;
+    let mut package = Package::open(bytes)?;
+    let root = package.model_name()?;
+    // Objects may be used any number of times.
+    let mut allowance = Allowance::bytes(package.read(&root)?);
+    let part = &package.parts[&root];
+    let placed = |item: &part::Use| (item.path_or(&root), item.object, item.placed(part.unit_mm), 0);
+    let mut waiting: Vec<(String, u64, DAffine3, usize)> = part.built().iter().rev().map(placed).collect();
+    let mut assembler = Assembler::new(0);
+    while let Some((path, number, placed, depth)) = waiting.pop() {
+        if depth > DEEPEST {
+            return Err(malformed(format!("its components are nested more than {DEEPEST} deep")));
         }
-        Ok(())
-    })?;
-    let name = name.ok_or_else(|| malformed("its relationships name no model"))?;
-    Ok(name.trim_start_matches('/').to_owned())
+        allowance.grow(package.read(&path)?);
+        let part = &package.parts[&path];
+        let object = part.objects.get(&number);
+        let object = object.ok_or_else(|| malformed(format!("there is no object {number} in {path}")))?;
+        if object.is_support {
+            continue;
+        }
+        let count = object.positions.len();
+        allowance.take(1 + count + object.triangles.len(), "3MF")?;
+        let positions = object.positions.iter().map(|&at| placed.transform_point3(part.unit_mm * at)).collect();
+        let mut points = Points::new(positions);
+        // A mirroring transformation turns triangles inside out.
+        let mirrored = placed.matrix3.determinant() < 0.0;
+        for &[a, b, c] in &object.triangles {
+            let corners = if mirrored { [a, c, b] } else { [a, b, c] };
+            let nothing = |v| malformed(format!("index {v} points at none of {count} vertices"));
+            assembler.numbered(&mut points, corners.map(|v| v as usize), nothing)?;
+        }
+        let within = |used: &part::Use| {
+            (used.path_or(&path), used.object, placed * used.placed(part.unit_mm), depth + 1)
+        };
+        waiting.extend(object.components.iter().rev().map(within));
+    }
+    assembler.finish(Vec::new())
 }
 
-fn each_element(
-    source: impl BufRead,
-    mut take: impl FnMut(&BytesStart<'_>) -> Result<(), LoadError>,
-) -> Result<(), LoadError> {
-    let mut reader = Reader::from_reader(source);
-    let mut buffer = Vec::new();
-    let mut depth = 0_i64;
-    loop {
-        buffer.clear();
-        match reader.read_event_into(&mut buffer).map_err(|error| malformed(error.to_string()))? {
-            Event::Start(element) => {
-                depth += 1;
-                take(&element)?;
+/// The archive, and the parts of it that have been read.
+struct Package<'a> {
+    archive: zip::ZipArchive<Cursor<&'a [u8]>>,
+    parts: HashMap<String, Part>,
+    /// Bytes that may still be unpacked.
+    left: u64,
+}
+
+impl<'a> Package<'a> {
+    fn open(bytes: &'a [u8]) -> Result<Self, LoadError> {
+        let archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|error| malformed(error.to_string()))?;
+        Ok(Self { archive, parts: HashMap::new(), left: MOST_EXPANSION * bytes.len() as u64 })
+    }
+
+    /// The part that the package calls its model.
+    fn model_name(&mut self) -> Result<String, LoadError> {
+        let relations =
+            self.archive.by_name("_rels/.rels").map_err(|error| malformed(format!("_rels/.rels: {error}")))?;
+        let mut name = None;
+        each_element(BufReader::new(relations.take(1 << 20)), |element| {
+            if element.local_name().as_ref() == "Relationship"
+                && attribute(element, "Type")?.is_some_and(|kind| kind.ends_with("/3dmodel"))
+            {
+                name = attribute(element, "Target")?;
             }
-            Event::Empty(element) => take(&element)?,
-            Event::End(_) => depth -= 1,
-            Event::Eof if depth == 0 => return Ok(()),
-            Event::Eof => return Err(malformed("its XML ends too early")),
-            _ => {}
-        }
-    }
-}
-
-fn attribute(element: &BytesStart<'_>, name: &str) -> Result<Option<String>, LoadError> {
-    let found = element.try_get_attribute(name).map_err(|error| malformed(error.to_string()))?;
-    Ok(found.map(|attribute| attribute.value.into_owned()))
-}
-
-#[derive(Default)]
-struct Model {
-    scale: Option<f64>,
-    objects: usize,
-    positions: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-}
-
-impl Model {
-    fn take(&mut self, element: &BytesStart<'_>) -> Result<(), LoadError> {
-        match element.local_name().as_ref() {
-            "model" => {
-                let unit = attribute(element, "unit")?;
-                self.scale = Some(match unit.as_deref() {
-                    None | Some("millimeter") => 1.0,
-                    Some("micron") => 1e-3,
-                    Some("centimeter") => 10.0,
-                    Some("inch") => 25.4,
-                    Some("foot") => 304.8,
-                    Some("meter") => 1000.0,
-                    Some(other) => return Err(malformed(format!("'{other}' is no unit of 3MF"))),
-                });
-            }
-            "object" => self.objects += 1,
-            "component" => return Err(malformed("it is put together from components, which are not understood")),
-            "item" if attribute(element, "transform")?.is_some() => {
-                return Err(malformed("its object is moved by a transform, which is not understood"));
-            }
-            "vertex" => {
-                let [x, y, z] = values(element, ["x", "y", "z"])?;
-                self.positions.push(DVec3::new(x, y, z));
-            }
-            "triangle" => self.triangles.push(values(element, ["v1", "v2", "v3"])?),
-            _ => {}
-        }
-        Ok(())
+            Ok(())
+        })?;
+        let name = name.ok_or_else(|| malformed("its relationships name no model"))?;
+        Ok(name.trim_start_matches('/').to_owned())
     }
 
-    fn finish(self) -> Result<Mesh, LoadError> {
-        let scale = self.scale.ok_or_else(|| malformed("it holds no model"))?;
-        if self.objects > 1 {
-            return Err(malformed(format!("it holds {} objects instead of one", self.objects)));
+    /// Reads a part, unless it is known; returns how many bytes it has taken.
+    fn read(&mut self, name: &str) -> Result<usize, LoadError> {
+        if self.parts.contains_key(name) {
+            return Ok(0);
         }
-        let mut assembler = Assembler::new(self.triangles.len());
-        let count = self.positions.len();
-        let mut points = Points::new(self.positions.into_iter().map(|at| scale * at).collect());
-        let nothing = |v| malformed(format!("index {v} points at none of {count} vertices"));
-        for triangle in &self.triangles {
-            assembler.numbered(&mut points, triangle.map(|v| v as usize), nothing)?;
+        let file = self.archive.by_name(name).map_err(|error| malformed(format!("{name}: {error}")))?;
+        if file.size() > self.left {
+            return Err(malformed(format!("it unpacks to more than {MOST_EXPANSION} times its size")));
         }
-        assembler.finish(Vec::new())
-    }
-}
-
-/// Three attributes of an element.
-fn values<T: std::str::FromStr>(element: &BytesStart<'_>, names: [&str; 3]) -> Result<[T; 3], LoadError> {
-    let mut found = [None, None, None];
-    for attribute in element.attributes() {
-        let attribute = attribute.map_err(|error| malformed(error.to_string()))?;
-        if let Some(k) = names.iter().position(|name| *name == attribute.key.as_ref()) {
-            found[k] = attribute.value.trim().parse().ok();
+        let length = file.size();
+        let mut part = Part::default();
+        each_element(BufReader::with_capacity(1 << 16, file.take(length)), |element| part.take(element))?;
+        if part.unit_mm == 0.0 {
+            return Err(malformed(format!("{name} holds no model")));
         }
-    }
-    match found {
-        [Some(a), Some(b), Some(c)] => Ok([a, b, c]),
-        _ => Err(malformed(format!("an element '{}' has not its three numbers", element.name().as_ref()))),
+        self.left -= length;
+        self.parts.insert(name.to_owned(), part);
+        Ok(length as usize)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec3;
     use std::io::Write;
 
     const VERTICES: &str = "<vertex x=\"0\" y=\"0\" z=\"0\"/><vertex x=\"1\" y=\"0\" z=\"0\"/><vertex x=\"0\" y=\"1\" z=\"0\"/><vertex x=\"0\" y=\"0\" z=\"1\"/>";
@@ -189,11 +159,76 @@ mod tests {
             damaged("v3=\"1\"", "v3=\"9\""),
             damaged("v3=\"1\"", "v3=\"-1\""),
             damaged("x=\"1\"", "x=\"one\""),
-            damaged("<resources>", "<resources><object id=\"2\"/>"),
-            damaged("objectid=\"1\"/>", "objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/>"),
+            damaged("objectid=\"1\"", "objectid=\"2\""),
+            damaged("objectid=\"1\"", "objectid=\"1\" path=\"/3D/other.model\""),
+            damaged("objectid=\"1\"/>", "objectid=\"1\" transform=\"1 0 0 0 1 0 0 0 1 5 0\"/>"),
+            damaged("</mesh>", "</mesh><components><component objectid=\"1\"/></components>"),
         ] {
             assert!(matches!(error, Err(LoadError::Malformed { format: "3MF", .. })), "{error:?}");
         }
         assert!(matches!(damaged("x=\"1\"", "x=\"nan\""), Err(LoadError::NotFinite { .. })));
+    }
+
+    /// The model with its build in other words, in a package with one more part.
+    fn built(objects: &str, items: &str, other: &str) -> Mesh {
+        let model = model()
+            .replace("</resources>", &format!("{objects}</resources>"))
+            .replace("<item objectid=\"1\"/>", items);
+        let mut zip = zip::ZipWriter::new_append(Cursor::new(package(&model))).unwrap();
+        zip.start_file("3D/Objects/other.model", zip::write::SimpleFileOptions::default()).unwrap();
+        zip.write_all(other.as_bytes()).unwrap();
+        parse(&zip.finish().unwrap().into_inner()).unwrap()
+    }
+
+    #[test]
+    fn components_and_items_are_placed_by_their_transforms() {
+        let component = |of: &str| format!("<object id=\"2\"><components><component {of}/></components></object>");
+        let moved = "transform=\"1 0 0 0 1 0 0 0 1 125 105 13.5\"";
+        let mesh = built(&component("objectid=\"1\""), &format!("<item objectid=\"2\" {moved}/>"), "");
+        assert_eq!(mesh.bounds().0, DVec3::new(125.0, 105.0, 13.5));
+        assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-12);
+        // A quarter turn: x goes to y.
+        let turned = "transform=\"0 1 0 -1 0 0 0 0 2 0 0 0\"";
+        let mesh = built(&component(&format!("objectid=\"1\" {turned}")), &format!("<item objectid=\"2\" {moved}/>"), "");
+        assert_eq!(mesh.bounds(), (DVec3::new(124.0, 105.0, 13.5), DVec3::new(125.0, 106.0, 15.5)));
+        assert!((mesh.volume_mm3() - 1.0 / 3.0).abs() < 1e-12);
+        let mirrored = built("", "<item objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/>", "");
+        assert!((mirrored.volume_mm3() - 1.0 / 6.0).abs() < 1e-12 && mirrored.bounds().0.x == -1.0);
+        let two = built("", &format!("<item objectid=\"1\"/><item objectid=\"1\" {moved}/>"), "");
+        assert_eq!((two.vertices.len(), two.triangles.len()), (8, 8));
+        let supported = built(
+            "<object id=\"3\" type=\"support\"><mesh/></object>",
+            "<item objectid=\"3\"/><item objectid=\"1\"/>",
+            "",
+        );
+        assert_eq!(supported.triangles.len(), 4);
+        assert_eq!(built(&component("objectid=\"1\""), "", "").triangles.len(), 4, "a build of nothing");
+    }
+
+    #[test]
+    fn components_may_lie_in_other_parts_in_other_units() {
+        let other = model().replace("millimeter", "centimeter");
+        let objects = "<object id=\"2\"><components><component p:path=\"/3D/Objects/other.model\" objectid=\"1\" \
+            transform=\"1 0 0 0 1 0 0 0 1 5 0 0\"/></components></object>";
+        let mesh = built(objects, "<item objectid=\"2\"/>", &other);
+        assert_eq!(mesh.bounds(), (DVec3::new(5.0, 0.0, 0.0), DVec3::new(15.0, 10.0, 10.0)));
+    }
+
+    #[test]
+    fn objects_that_hold_each_other_are_refused() {
+        let around = "<object id=\"1\"><components><component objectid=\"2\"/></components></object>\
+            <object id=\"2\"><components><component objectid=\"1\"/></components></object>";
+        let model = format!("<model><resources>{around}</resources><build><item objectid=\"1\"/></build></model>");
+        let error = parse(&package(&model)).unwrap_err().to_string();
+        assert!(error.contains("nested"), "{error}");
+        // Each holds the one before ten times.
+        let mut many = String::from("<object id=\"1\"><mesh/></object>");
+        for id in 2..12 {
+            let used = format!("<component objectid=\"{}\"/>", id - 1).repeat(10);
+            many += &format!("<object id=\"{id}\"><components>{used}</components></object>");
+        }
+        let model = format!("<model><resources>{many}</resources><build><item objectid=\"11\"/></build></model>");
+        let error = parse(&package(&model)).unwrap_err().to_string();
+        assert!(error.contains("more points than it has bytes"), "{error}");
     }
 }

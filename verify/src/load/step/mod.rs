@@ -8,8 +8,9 @@ mod bspline;
 mod conic;
 mod net;
 mod part21;
-mod plane;
+pub(super) mod plane;
 mod trimmed;
+mod unit;
 
 use super::{Allowance, LoadError};
 use crate::mesh::{Mesh, TrimmedFace};
@@ -33,10 +34,14 @@ const MOST_SAMPLES: usize = 1 << 26;
 
 /// Parses the one solid of a STEP file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    let text = std::str::from_utf8(bytes).map_err(|error| malformed(format!("it is no text: {error}")))?;
-    let entities = Entities::parse(text)?;
+    // Names may be of any encoding, and are not needed.
+    let text = part21::without_comments(String::from_utf8_lossy(bytes));
+    let entities = Entities::parse(&text)?;
+    let [brep] = entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
+        return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
+    };
     let mut part = Part {
-        scale: scale(&entities)?,
+        scale: unit::of_solid(&entities, brep)?,
         entities,
         allowance: Allowance::of(bytes),
         vertices: Vec::new(),
@@ -45,9 +50,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         edges: HashMap::new(),
         trimmed: Vec::new(),
         levels: Vec::new(),
-    };
-    let [brep] = part.entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
-        return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
     };
     let shell = reference(&part.entities.expect(brep, "MANIFOLD_SOLID_BREP")?, 1, brep)?;
     let faces = references(&part.entities.expect(shell, "CLOSED_SHELL")?, 1, shell)?;
@@ -63,26 +65,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         _ => None,
     };
     Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None, trimmed })
-}
-
-/// Millimetres in the unit of length of the file.
-fn scale(entities: &Entities<'_>) -> Result<f64, LoadError> {
-    let mut unit = None;
-    for text in entities.containing("LENGTH_UNIT") {
-        let text: String = text.split_whitespace().collect();
-        let found = [
-            ("SI_UNIT(.MILLI.,.METRE.)", 1.0),
-            ("SI_UNIT(.CENTI.,.METRE.)", 10.0),
-            ("SI_UNIT($,.METRE.)", 1000.0),
-            ("CONVERSION_BASED_UNIT('INCH'", 25.4),
-        ];
-        match found.iter().find(|(words, _)| text.contains(words)) {
-            // Inches are defined by another unit, which the file holds too.
-            Some(&(words, mm)) if unit.is_none() || words.contains("INCH") => unit = Some(mm),
-            _ => {}
-        }
-    }
-    unit.ok_or_else(|| malformed("it names no unit of length that is understood (mm, cm, m or inch)"))
 }
 
 fn reference(values: &[Value<'_>], at: usize, number: u64) -> Result<u64, LoadError> {

@@ -2,7 +2,7 @@
 
 use super::malformed;
 use crate::load::LoadError;
-use std::collections::HashMap;
+use std::{borrow::Cow, collections::HashMap};
 
 /// A parameter of an entity.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,19 +59,26 @@ impl<'a> Entities<'a> {
 
     /// The entities of this kind, in the order of their numbers.
     pub(super) fn of_kind(&self, kind: &str) -> Vec<u64> {
-        let mut found: Vec<u64> = self
-            .by_number
-            .iter()
-            .filter(|(_, text)| text.strip_prefix(kind).is_some_and(|rest| rest.trim_start().starts_with('(')))
-            .map(|(number, _)| *number)
-            .collect();
+        self.that(|text| text.strip_prefix(kind).is_some_and(|rest| rest.trim_start().starts_with('(')))
+    }
+
+    /// The entities whose text fits, in the order of their numbers.
+    pub(super) fn that(&self, fits: impl Fn(&str) -> bool) -> Vec<u64> {
+        let mut found: Vec<u64> =
+            self.by_number.iter().filter(|(_, text)| fits(text)).map(|(number, _)| *number).collect();
         found.sort_unstable();
         found
     }
 
-    /// The text of every entity that contains these words.
-    pub(super) fn containing(&self, words: &'a str) -> impl Iterator<Item = &'a str> + '_ {
-        self.by_number.values().copied().filter(move |text| text.contains(words))
+    /// The parameters of a part of an entity: of the whole of a simple one, or of this part of one of several kinds at once.
+    pub(super) fn part(&self, number: u64, kind: &str) -> Result<Option<Vec<Value<'a>>>, LoadError> {
+        let text = self.text(number)?;
+        let inner = text.strip_prefix('(').unwrap_or(text);
+        let found = inner.match_indices(kind).find_map(|(at, _)| {
+            let apart = !inner[..at].ends_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
+            inner[at + kind.len()..].trim_start().strip_prefix('(').filter(|_| apart)
+        });
+        found.map(|rest| Reader { number, rest, depth: 0 }.list()).transpose()
     }
 
     /// Kind and parameters of an entity.
@@ -89,9 +96,32 @@ impl<'a> Entities<'a> {
         if found == kind { Ok(values) } else { Err(malformed(format!("#{number} is {found} instead of {kind}"))) }
     }
 
-    fn text(&self, number: u64) -> Result<&'a str, LoadError> {
+    /// The text of an entity.
+    pub(super) fn text(&self, number: u64) -> Result<&'a str, LoadError> {
         self.by_number.get(&number).copied().ok_or_else(|| malformed(format!("there is no entity #{number}")))
     }
+}
+
+/// The text without comments, which may stand between any two words.
+pub(super) fn without_comments(text: Cow<'_, str>) -> Cow<'_, str> {
+    if !text.contains("/*") {
+        return text;
+    }
+    let (mut kept, mut rest, mut quoted) = (String::with_capacity(text.len()), &text[..], false);
+    while let Some(at) = rest.find(['\'', '/']) {
+        let (before, after) = rest.split_at(at);
+        kept += before;
+        rest = match after.strip_prefix("/*").filter(|_| !quoted) {
+            // One that does not end hides the end of the file, which will be missed.
+            Some(comment) => comment.find("*/").map_or("", |end| &comment[end + 2..]),
+            None => {
+                quoted ^= after.starts_with('\'');
+                kept += &after[..1];
+                &after[1..]
+            }
+        };
+    }
+    (kept + rest).into()
 }
 
 /// The next semicolon that is not within a text.

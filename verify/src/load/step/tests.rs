@@ -67,6 +67,49 @@ fn a_box_of_planes_is_closed_and_in_its_unit() {
     }
 }
 
+/// The box without its B-spline, with its solid in the representation of a context with these units.
+fn in_context(units: &str, of_context: &str) -> Result<f64, String> {
+    let context = format!(
+        "#70=(GEOMETRIC_REPRESENTATION_CONTEXT(3) GLOBAL_UNIT_ASSIGNED_CONTEXT((#79,{of_context}))REPRESENTATION_CONTEXT('',''));\n\
+         #71=ADVANCED_BREP_SHAPE_REPRESENTATION('',(#72,#34),#70);\n\
+         #79=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{units}ENDSEC;\nEND"
+    );
+    let text = block()
+        .replace("#32=B_SPLINE", "#99=B_SPLINE")
+        .replace("#31=PLANE('',#30);", "#31=PLANE('',#30);#32=PLANE('',#30);")
+        .replacen("ENDSEC;\nEND", &context, 1);
+    parse(text.as_bytes()).map(|mesh| (mesh.volume_mm3() / 8.0).cbrt()).map_err(|error| error.to_string())
+}
+
+#[test]
+fn the_unit_is_that_of_the_solids_context() {
+    let metre = "#80=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));\n";
+    let inch = "#81=(CONVERSION_BASED_UNIT('INCH',#82) LENGTH_UNIT() NAMED_UNIT(#83));\n#82=LENGTH_MEASURE_WITH_UNIT(\n\
+        LENGTH_MEASURE(25.4),#35);\n#83=DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.);\n";
+    let micron = "#84=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MICRO.,.METRE.));\n";
+    let all = [metre, inch, micron].concat();
+    // The order of units in the file, and that there are others, does not matter.
+    for _ in 0..8 {
+        for (unit, mm) in [("#35", 1.0), ("#80", 1000.0), ("#81", 25.4), ("#84", 1e-3)] {
+            let found = in_context(&all, unit).unwrap();
+            assert!((found / mm - 1.0).abs() < 1e-9, "{unit}: {found}");
+        }
+    }
+    assert!(in_context("", "#79").unwrap_err().contains("assigns no unit of length"));
+    assert!(in_context("#81=(CONVERSION_BASED_UNIT('A',#82)LENGTH_UNIT());#82=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(2.),#81);", "#81")
+        .unwrap_err()
+        .contains("#81 is not understood"));
+    // Without a context there must be one unit, but for those that others are defined by.
+    let bare = |units: &str| {
+        let text = block()
+            .replace("#32=B_SPLINE", "#99=B_SPLINE")
+            .replace("#31=PLANE('',#30);", &format!("#31=PLANE('',#30);#32=PLANE('',#30);{units}"));
+        parse(text.as_bytes()).map(|mesh| (mesh.volume_mm3() / 8.0).cbrt()).map_err(|error| error.to_string())
+    };
+    assert!((bare(inch).unwrap() - 25.4).abs() < 1e-9);
+    assert!(bare(metre).unwrap_err().contains("two units of length"));
+}
+
 #[test]
 fn broken_files_are_named() {
     fails("ISO-10303-21;\nHEADER", "solid", "does not begin");

@@ -1,0 +1,185 @@
+//! Blocks that were moved, turned or mirrored, and what the commands make of them.
+
+mod common;
+
+use common::workshop::{FINE, SHORT, Workshop};
+use glam::{DMat3, DVec3};
+use std::{f64::consts::FRAC_PI_2, fs};
+
+/// Photons that suffice here.
+const FEW: &str = "--photons 100000";
+
+/// A block for 150 mm and index 1.5 of this picture in `block.stl`, judged to be good.
+fn good(picture: &str) -> Workshop {
+    let workshop = Workshop::new();
+    workshop.draw_chiral_picture();
+    if picture == "square.png" {
+        let chiral = image::open(workshop.path("chiral.png")).unwrap();
+        chiral.crop_imm(0, 0, 32, 32).save(workshop.path(picture)).unwrap();
+    }
+    let line = format!("design {picture} -o block.stl --size 60mm --distance 150mm --ior 1.5 --nodes 129 --no-verify");
+    let made = workshop.run(&line);
+    assert_eq!(made.code, FINE, "{}", made.err);
+    let found = workshop.run(&format!("verify block.stl --max-error 0.05 {FEW}"));
+    assert!(found.code == FINE && found.err.is_empty(), "{}", found.err);
+    workshop
+}
+
+/// Writes `moved.stl`: every corner of the block sent through `place`, triangles turned round where that mirrors.
+fn moved(workshop: &Workshop, place: impl Fn(DVec3) -> DVec3) {
+    let mut bytes = fs::read(workshop.path("block.stl")).unwrap();
+    let mirrors = (place(DVec3::X) - place(DVec3::ZERO))
+        .cross(place(DVec3::Y) - place(DVec3::ZERO))
+        .dot(place(DVec3::Z) - place(DVec3::ZERO))
+        < 0.0;
+    let count = (bytes.len() - 84) / 50;
+    for record in (0..count).map(|k| 84 + 50 * k) {
+        let number = |at: usize| f64::from(f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()));
+        let corner = |c: usize| DVec3::from_array([0, 1, 2].map(|axis| number(record + 12 * (c + 1) + 4 * axis)));
+        let mut corners = [place(corner(0)), place(corner(1)), place(corner(2))];
+        if mirrors {
+            corners.swap(1, 2);
+        }
+        for (k, value) in corners.iter().flat_map(|v| v.to_array()).enumerate() {
+            bytes[record + 12 + 4 * k..][..4].copy_from_slice(&(value as f32).to_le_bytes());
+        }
+    }
+    fs::write(workshop.path("moved.stl"), bytes).unwrap();
+}
+
+/// The words of a verification of `moved.stl` on the block's bench that must succeed with the light of the block.
+fn righted(workshop: &Workshop, what: &str) -> String {
+    let found = workshop.run(&format!("verify moved.stl --bench block.toml --max-error 0.05 {FEW}"));
+    assert_eq!(found.code, FINE, "{what}: {}{}", found.out, found.err);
+    assert!(found.err.contains("does not stand where its side file has it"), "{what}: {}", found.err);
+    found.err
+}
+
+#[test]
+fn blocks_that_were_moved_or_turned_are_judged_where_they_belong_with_a_word() {
+    let workshop = good("chiral.png");
+    moved(&workshop, |v| v + DVec3::new(300.0, 200.0, 50.0));
+    let said = righted(&workshop, "moved");
+    assert!(said.contains("moved by (-300, -200, -50) mm"), "{said}");
+    moved(&workshop, |v| v + DVec3::Z * 12.0);
+    assert!(righted(&workshop, "along the light").contains("moved by (0, 0, -12) mm"));
+    moved(&workshop, |v| DVec3::new(v.x, v.z, -v.y));
+    assert!(righted(&workshop, "y up").contains("turned by 90 degrees about x, it does"));
+    let turn = |axis: DVec3, degrees: f64| DMat3::from_axis_angle(axis, degrees.to_radians());
+    for (axis, degrees) in [
+        (DVec3::X, 180.0),
+        (DVec3::Y, 180.0),
+        (DVec3::Y, 90.0),
+        (DVec3::X, -90.0),
+        (DVec3::Z, 10.0),
+        (DVec3::X, 10.0),
+        (DVec3::new(2.0, -1.0, 2.0).normalize(), 70.0),
+    ] {
+        moved(&workshop, |v| turn(axis, degrees) * v);
+        let said = righted(&workshop, &format!("{degrees} about {axis}"));
+        assert!(said.contains("turned by"), "{said}");
+    }
+    // A quarter turn about the light swaps the sides, and which way it went is seen by the picture.
+    for degrees in [90.0, -90.0] {
+        moved(&workshop, |v| turn(DVec3::Z, degrees) * v);
+        let said = righted(&workshop, "about z");
+        assert!(said.contains(&format!("turned by {} degrees about z", -degrees)), "{said}");
+    }
+}
+
+#[test]
+fn the_command_that_is_named_rights_the_file() {
+    let workshop = good("chiral.png");
+    let Some(_) = common::program("admesh", "Debian package admesh") else { return };
+    for turn in [
+        DMat3::from_axis_angle(DVec3::X, FRAC_PI_2),
+        DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7),
+    ] {
+        moved(&workshop, |v| turn * v + DVec3::new(5.0, -7.0, 20.0));
+        let said = righted(&workshop, "turned and moved");
+        let command = said.split("this rights it: ").nth(1).unwrap().lines().next().unwrap();
+        let mut words = command.split_whitespace();
+        let mut admesh = common::program(words.next().unwrap(), "Debian package admesh").unwrap();
+        common::output(admesh.args(words).current_dir(workshop.root()));
+        let found = workshop.run(&format!("verify righted.stl --bench block.toml --max-error 0.05 {FEW}"));
+        assert!(found.code == FINE && !found.err.contains("does not stand"), "{command}: {}", found.err);
+    }
+}
+
+#[test]
+fn a_picture_in_a_mirror_or_on_its_side_is_named() {
+    let workshop = good("square.png");
+    for (place, name) in [
+        (DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)), "mirrored left to right"),
+        (DMat3::from_diagonal(DVec3::new(1.0, -1.0, 1.0)), "mirrored top to bottom"),
+        (DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 1.0)), "turned by 180 degrees"),
+        (DMat3::from_axis_angle(DVec3::Z, FRAC_PI_2), "turned by 90 degrees"),
+        (DMat3::from_axis_angle(DVec3::Z, -FRAC_PI_2), "turned by 90 degrees"),
+        (DMat3::from_cols(DVec3::Y, DVec3::X, DVec3::Z), "mirrored and turned by 90 degrees"),
+        // Lying on its side and mirrored: righted as far as turning goes.
+        (DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y), "mirrored"),
+    ] {
+        moved(&workshop, |v| place * v);
+        let found = workshop.run(&format!("verify moved.stl --bench block.toml --max-error 0.05 {FEW}"));
+        assert!(found.code == SHORT && found.err.contains(name), "{name}: {}{}", found.out, found.err);
+    }
+    // Which of the four ways a block on its side was turned is seen by the picture.
+    for quarters in 0..4 {
+        let about = DMat3::from_axis_angle(DVec3::Z, FRAC_PI_2 * f64::from(quarters));
+        moved(&workshop, |v| DMat3::from_axis_angle(DVec3::Y, FRAC_PI_2) * about * v);
+        righted(&workshop, "on its side");
+    }
+}
+
+#[test]
+fn blocks_are_found_without_a_side_file_too() {
+    let workshop = good("chiral.png");
+    let bare = format!("verify moved.stl --ior 1.5 --distance 150mm --target chiral.png --max-error 0.05 {FEW}");
+    moved(&workshop, |v| DVec3::new(v.x, v.z, -v.y) + DVec3::new(40.0, 30.0, 90.0));
+    let found = workshop.run(&bare);
+    assert!(found.code == FINE && found.err.contains("does not stand on the axis as blocks do"), "{}", found.err);
+    // A size that nobody means, with what it would be.
+    moved(&workshop, |v| v / 1000.0);
+    let found = workshop.run(&bare);
+    assert!(found.err.contains("if its numbers are metres, it is 60.00 x 40.00 mm large"), "{}", found.err);
+    moved(&workshop, |v| v / 25.4);
+    let found = workshop.run(&bare);
+    assert!(found.err.contains("if its numbers are inches, it is 60.00 x 40.00 mm large"), "{}", found.err);
+    assert!(!found.err.contains("mean of the image"), "{}", found.err);
+}
+
+#[test]
+fn a_block_is_taken_as_it_stands_if_that_is_meant() {
+    let workshop = good("chiral.png");
+    let literally = format!("verify moved.stl --bench block.toml --as-placed --max-error 0.05 {FEW}");
+    moved(&workshop, |v| v + DVec3::Z * 12.0);
+    let found = workshop.run(&literally);
+    assert!(found.err.contains("mean exit plane is at z = 12.000 mm"), "{}", found.err);
+    moved(&workshop, |v| v + DVec3::new(30.0, 0.0, 0.0));
+    assert_eq!(workshop.run(&literally).code, SHORT);
+    for place in [DVec3::new(3000.0, 0.0, 0.0), DVec3::new(0.0, 0.0, 140.0)] {
+        moved(&workshop, |v| v + place);
+        let found = workshop.run(&literally);
+        assert!(found.code != FINE && !found.err.contains("mean of the image"), "{}", found.err);
+    }
+    moved(&workshop, |v| v + DVec3::new(3000.0, 0.0, 0.0));
+    assert!(workshop.run(&literally).err.contains("no light falls into the window"));
+}
+
+#[test]
+fn all_commands_find_a_moved_block() {
+    let workshop = good("chiral.png");
+    moved(&workshop, |v| DVec3::new(v.x, v.z, -v.y) + DVec3::new(10.0, 20.0, 30.0));
+    for line in [
+        "mill moved.stl --bench block.toml --cutter ball:3mm --step-over 0.5mm --pixels 64",
+        "check moved.stl --bench block.toml --min-thickness 0.5mm",
+        "crosscheck moved.stl --bench block.toml --with povray --write-only --pixels 64",
+    ] {
+        let (found, plain) = (workshop.run(line), workshop.run(&line.replace("moved.stl", "block.stl")));
+        assert!(found.err.contains("does not stand where its side file has it"), "{line}: {}", found.err);
+        assert_eq!(found.code, plain.code, "{line}: {}{}", found.err, plain.err);
+        // In single precision the moved block is a rounding off.
+        let first = |out: &str| out.lines().nth(1).unwrap_or_default().to_owned();
+        assert_eq!(first(&found.out), first(&plain.out), "{line}");
+    }
+}
