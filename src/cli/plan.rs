@@ -4,6 +4,7 @@ use super::{
     bench::{bench_of, warnings},
     error::Failure,
     imperfect::Intent,
+    reference::Wanted,
     settings::{QualityName, Settings, SolverName, TransferName, name_of},
 };
 use glam::DVec2;
@@ -91,6 +92,11 @@ impl Plan {
             plan.target = plan.intent.target.clone();
         }
         Ok(plan)
+    }
+
+    /// The picture by the verifier's own reader, which must agree with the designer's.
+    pub(crate) fn wanted(&self) -> Result<Wanted, Failure> {
+        Wanted::of(&self.picture, &self.settings, &self.intent, &self.bench)
     }
 
     /// A draft of the face.

@@ -62,7 +62,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     let block = block?;
     let bench = &plan.bench;
     let record = BenchRecord::of(bench).with(&block.solid);
-    let examiner = Examiner::new(scene_of(&record, &plan.settings)?, Some(&plan.target), PIXELS);
+    let examiner = Examiner::new(scene_of(&record, &plan.settings)?, Some(plan.wanted()?.in_perfect_light()), PIXELS);
     let seen = look(&examiner, block.solid.surface(), block.solid.entry_z_mm())?;
     let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
     for output in &outputs {

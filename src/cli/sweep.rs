@@ -213,7 +213,8 @@ fn look(value: f64, plan: &Plan, subject: &Subject, thickness_mm: f64, pixels: u
         return Err(Failure::Usage("only a block can be seen on the normal-mapped plane".into()));
     };
     let bench = BenchRecord::of(&plan.bench);
-    let examiner = Examiner::new(scene_of(&bench, &plan.settings)?, Some(&plan.target), pixels);
+    let wanted = plan.wanted()?;
+    let examiner = Examiner::new(scene_of(&bench, &plan.settings)?, Some(wanted.in_perfect_light()), pixels);
     let mut views = Vec::new();
     for (_, surface, geometry) in VIEWS {
         let image = examiner.look(subject, surface, geometry)?.image;

@@ -6,6 +6,7 @@ use super::{
     imperfect::Intent,
     judge::{self, Examiner, Subject},
     plan::open_target,
+    reference::Wanted,
     side_file::SideFile,
 };
 use glam::{DVec2, DVec3};
@@ -46,9 +47,10 @@ impl Workpiece {
         })?;
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
-        let target = Intent::of_side(open_target(picture, transfer, offset, design.framing()?)?, &side)?.target;
-        let examiner = Examiner::new(scene_of(&side.bench, &side.design)?, Some(&target), pixels);
-        let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));
+        let (intent, bench) = Intent::of_side(open_target(picture, transfer, offset, design.framing()?)?, &side)?;
+        let wanted = Wanted::of(picture, design, &intent, &bench)?;
+        let examiner = Examiner::new(scene_of(&side.bench, design)?, Some(wanted.in_perfect_light()), pixels);
+        let exposure = Exposure::of(&intent.target, transfer.unwrap_or(Transfer::Srgb));
         let (surface, entry_z_mm) = (surface_of(&block)?, block.entry_z_mm() - block.mean_exit_z_mm());
         Ok(Self { side, surface, entry_z_mm, examiner, exposure })
     }
