@@ -5,7 +5,7 @@ use super::{
     budget::double_precision,
     console::{self, say},
     error::Failure,
-    json,
+    json, judge,
     length::Length,
     otherwise::{seen_otherwise, thrown_mm},
     outputs,
@@ -18,7 +18,7 @@ use super::{
     workpiece::{Workpiece, surface_of},
 };
 use anstyle::AnsiColor;
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use glasswarp::{
     fabricate::{Cutter, Pass, Scallop, Shape},
     report::{self, Captioned},

@@ -3,7 +3,6 @@
 use super::{
     bench::{exit_face_in_words, exit_face_of, scene_of},
     console::{self, say, say_part},
-    diagnosis,
     error::{Failure, error_limit},
     json,
     length::Length,

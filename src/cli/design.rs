@@ -88,6 +88,8 @@ impl DesignArgs {
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let Task { plan, outputs, report } = task(args)?;
     let expected = memory::check(&plan, &outputs, args)?;
+    // Before hours are spent on a picture that is read in two ways.
+    let wanted = if args.no_verify { None } else { Some(plan.wanted()?) };
     let progress = TerminalProgress::new();
     let start = Instant::now();
     let block = plan.design(&progress);
@@ -102,7 +104,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
             // Before there is a file to look at.
             LazyLock::force(&portrait);
         }
-        if args.no_verify { Ok(None) } else { Opinion::of(&plan, &block, first) }
+        wanted.as_ref().map_or(Ok(None), |wanted| Opinion::of(&plan, wanted, &block, first))
     })?;
     let mut opinion = opinion?;
     opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(others))?;

@@ -1,9 +1,8 @@
 //! What may be wrong with a block that draws another picture than it should, or none.
 
-use super::{error::Failure, judge::image_of, otherwise::followed, side_file::BenchRecord};
+use super::{error::Failure, otherwise::followed, side_file::BenchRecord};
 use glam::DVec2;
-use glasswarp::target::TargetIrradiance;
-use glasswarp_verify::{Block, Image, Optics, Scene, Tracer, Window, beams, metrics};
+use glasswarp_verify::{Block, Image, Optics, Scene, Tracer, Window, beams, metrics, reference::resampled};
 
 /// Below this relative RMS error nothing is looked for.
 const SUSPECT: f64 = 0.05;
@@ -82,7 +81,7 @@ type PixelAt<'a> = &'a dyn Fn(usize, usize) -> usize;
 pub(crate) fn of_picture(
     block: &Block,
     scene: &Scene,
-    target: &TargetIrradiance,
+    target: &Image,
     caustic: &Image,
     wanted: &Image,
     rel_rms: f64,
@@ -117,9 +116,9 @@ pub(crate) fn of_picture(
 }
 
 /// Looks for a distance at which the picture is much better than where the receiver stands.
-fn elsewhere(block: &Block, scene: &Scene, target: &TargetIrradiance) -> Result<Vec<String>, Failure> {
+fn elsewhere(block: &Block, scene: &Scene, target: &Image) -> Result<Vec<String>, Failure> {
     let (nx, ny) = (scene.window.nx.min(128), scene.window.ny.min(128));
-    let wanted = image_of(target.resampled(nx, ny).cells());
+    let wanted = resampled(target, nx, ny);
     let seen_at = |factor: f64| -> Result<f64, Failure> {
         let to = Scene { distance_mm: factor * scene.distance_mm, ..scene.clone() };
         let there = followed((block, scene), (block, to))?.scene;

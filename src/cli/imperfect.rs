@@ -11,6 +11,7 @@ use super::{
     length::Length,
     progress::TerminalProgress,
     quantity::read_as_text,
+    reference::Wanted,
     settings::{Settings, SolverName, name_of},
     side_file::SideFile,
 };
@@ -233,11 +234,11 @@ impl Intent {
         Ok(Self { wanted: covered(&picture)?, target: covered(&aim)?, aim, psf, deconvolved, mesh })
     }
 
-    /// The same for a block that has been made, by its side file.
-    pub(crate) fn of_side(picture: TargetIrradiance, side: &SideFile) -> Result<Self, Failure> {
+    /// The same for a block that has been made, by its side file, and the bench that it was made for.
+    pub(crate) fn of_side(picture: TargetIrradiance, side: &SideFile) -> Result<(Self, Bench), Failure> {
         let aspect = picture.cells().ny() as f64 / picture.cells().nx() as f64;
         let bench = bench_of(&side.design, aspect, -side.bench.entry_z_mm)?;
-        Self::of(picture, &bench, &side.design)
+        Ok((Self::of(picture, &bench, &side.design)?, bench))
     }
 
     /// Lines for people, on the spread and what is made up for.
@@ -303,14 +304,14 @@ impl Seen {
     pub(crate) fn of(
         subject: &Subject,
         scene: &Scene,
-        intent: &Intent,
+        wanted: &Wanted,
         settings: &Settings,
         plan: &PhotonPlan,
     ) -> Result<Option<Self>, Failure> {
-        if intent.psf.is_none() {
+        if !has_spread(settings) {
             return Ok(None);
         }
-        let perfect = Examiner::new(scene.clone(), Some(&intent.wanted), PIXELS);
+        let perfect = Examiner::new(scene.clone(), Some(&wanted.picture), PIXELS);
         let Some(wanted) = perfect.wanted().cloned() else { return Ok(None) };
         let (image, error, noise, count) = if settings.source_size.is_some() || settings.roughness.is_some() {
             let scene = spread(perfect.scene_for(subject), settings);
@@ -371,6 +372,11 @@ impl Seen {
     pub(crate) fn demand(&self, limit: Option<f64>) -> Result<(), Failure> {
         Failure::unless_within(limit, self.rel_rms(), "the caustic's", " in the light that there is")
     }
+}
+
+/// Whether the light is spread by its source, by the face or by what a speck shows.
+fn has_spread(settings: &Settings) -> bool {
+    settings.source_size.is_some() || settings.roughness.is_some() || settings.psf.is_some()
 }
 
 /// A bench with the light and the face that there are, as photons see them.

@@ -2,16 +2,14 @@
 
 use super::{console::say, error::Failure, json};
 use glam::DVec2;
-use glasswarp::{
-    grid::Field,
-    target::{TargetIrradiance, to_picture_order},
-};
+use glasswarp::{grid::Field, target::to_picture_order};
 use glasswarp_verify::{
     Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally, Scene, Surface, Tracer,
     Traversal, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Likeness, Metrics},
     photons,
+    reference::resampled,
 };
 use std::{borrow::Cow, path::Path};
 
@@ -119,13 +117,10 @@ const MOST_UPRIGHT: f64 = 4.0;
 const LEAST_BEAMS: usize = 1024;
 
 impl Examiner {
-    /// An examiner with `pixels` across, at most as many as the target has.
-    pub(crate) fn new(mut scene: Scene, target: Option<&TargetIrradiance>, pixels: usize) -> Self {
+    /// An examiner with `pixels` across, at most as many as the picture has that light is judged by.
+    pub(crate) fn new(mut scene: Scene, target: Option<&Image>, pixels: usize) -> Self {
         let (nx, aspect) = match target {
-            Some(target) => {
-                let cells = target.cells();
-                (cells.nx().min(pixels).max(8), cells.ny() as f64 / cells.nx() as f64)
-            }
+            Some(target) => (target.nx.min(pixels).max(8), target.ny as f64 / target.nx as f64),
             None => {
                 let aspect = scene.window.size_mm.y / scene.window.size_mm.x;
                 (pixels.min((pixels as f64 * (MOST_UPRIGHT / aspect).sqrt()) as usize).max(8), aspect)
@@ -133,7 +128,7 @@ impl Examiner {
         };
         let ny = (nx as f64 * aspect).round().clamp(8.0, 32_768.0) as usize;
         (scene.window.nx, scene.window.ny) = (nx, ny);
-        Self { scene, surface: None, wanted: target.map(|target| image_of(target.resampled(nx, ny).cells())) }
+        Self { scene, surface: None, wanted: target.map(|target| resampled(target, nx, ny)) }
     }
 
     /// The same, but surfaces understood in this way, and with or without partial reflection.

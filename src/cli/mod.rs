@@ -36,6 +36,7 @@ mod presets;
 mod preview;
 mod progress;
 mod quantity;
+mod reference;
 mod settings;
 mod shards;
 mod side_file;

@@ -10,6 +10,7 @@ use super::{
     judge::{self, Examiner, Judgement},
     page::Portrait,
     plan::Plan,
+    reference::Wanted,
     settings::Settings,
     side_file::SideFile,
 };
@@ -70,10 +71,10 @@ pub(crate) struct Opinion<'a> {
 
 impl<'a> Opinion<'a> {
     /// Judges the first file as soon as it is read back, and looks for the step that costs most. `None` if it could not be read.
-    pub(crate) fn of(plan: &Plan, block: &Block, first: First<'a>) -> Result<Option<Self>, Failure> {
+    pub(crate) fn of(plan: &Plan, intended: &Wanted, block: &Block, first: First<'a>) -> Result<Option<Self>, Failure> {
         // The bench as the side file gives it, which is what a stranger will have.
         let scene = scene_of(&first.side.bench, &first.side.design)?;
-        let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
+        let examiner = Examiner::new(scene.clone(), Some(intended.in_perfect_light()), PIXELS);
         // What the solver saw after a finish is not the light of the face as it is.
         let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
         let own = budget::own_light(block, &plan.bench, own, &examiner);
@@ -91,7 +92,7 @@ impl<'a> Opinion<'a> {
         let finish = plan.settings.finish;
         let finished = finish.map(|finish| Finished::of(finish, &judged.subject, &examiner)).transpose()?;
         let plan_of_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
-        let seen = Seen::of(&judged.subject, &scene, &plan.intent, &plan.settings, &plan_of_photons)?;
+        let seen = Seen::of(&judged.subject, &scene, intended, &plan.settings, &plan_of_photons)?;
         Ok(Some(Self { judged, side: first.side, examiner, judgement, steps, wanted, finished, seen }))
     }
 

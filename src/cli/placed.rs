@@ -7,8 +7,7 @@ use super::{
     side_file::{BenchRecord, SideFile},
 };
 use glam::{DVec3, EulerRot, Vec2Swizzles};
-use glasswarp::target::TargetIrradiance;
-use glasswarp_verify::{Block, BlockError, Geometry, Mesh, Placed, Placement, Scene, Stand, Surface, Traversal};
+use glasswarp_verify::{Block, BlockError, Geometry, Image, Mesh, Placed, Placement, Scene, Stand, Surface, Traversal};
 use std::path::Path;
 
 /// How a file's coordinates are understood.
@@ -63,7 +62,7 @@ impl Opened {
         self,
         path: &Path,
         scene: &Scene,
-        target: Option<&TargetIrradiance>,
+        target: Option<&Image>,
     ) -> Result<(Subject, Vec<String>), Failure> {
         let Self { mut subject, suspicions, moved, stand, origin } = self;
         let Some(mut placed) = moved else { return Ok((subject, suspicions)) };
@@ -122,7 +121,7 @@ fn find(
 }
 
 /// By how many quarters a block is to be turned on so that its picture is nearest to the target.
-fn best_way_up(placed: &Placed, stand: Option<&Stand>, scene: &Scene, target: &TargetIrradiance) -> u32 {
+fn best_way_up(placed: &Placed, stand: Option<&Stand>, scene: &Scene, target: &Image) -> u32 {
     let size = placed.block.size_mm();
     let is_square = (size.x / size.y - 1.0).abs() < 1e-3;
     let examiner = Examiner::new(Scene { traversal: Traversal::Grid, ..scene.clone() }, Some(target), COARSE);

@@ -4,6 +4,7 @@ use super::{
     bench::{bench_of, light_in_words, scene_of, warnings},
     error::Failure,
     imperfect::Intent,
+    reference::Wanted,
     settings::{DRAWING_NODES, QualityName, Settings, SolverName, TransferName, name_of},
     side_file::BenchRecord,
 };
@@ -122,6 +123,11 @@ impl Plan {
     pub(crate) fn light_in_words(&self) -> Result<String, Failure> {
         let entry_z_mm = if let Light::Point { thickness_mm, .. } = self.bench.light() { -thickness_mm } else { 0.0 };
         Ok(light_in_words(&self.scene()?, entry_z_mm))
+    }
+
+    /// The picture by the verifier's own reader, which must agree with the designer's.
+    pub(crate) fn wanted(&self) -> Result<Wanted, Failure> {
+        Wanted::of(&self.picture, &self.settings, &self.intent, &self.bench)
     }
 
     /// A draft of the face.

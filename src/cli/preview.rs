@@ -62,7 +62,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     progress.finish();
     let block = block?;
     let scene = plan.scene()?;
-    let examiner = Examiner::new(scene.clone(), Some(&plan.target), PIXELS);
+    let examiner = Examiner::new(scene.clone(), Some(plan.wanted()?.in_perfect_light()), PIXELS);
     let seen = look_at(&examiner, &double_precision(&block)?)?;
     let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
     for output in &outputs {

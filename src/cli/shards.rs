@@ -3,14 +3,14 @@
 use super::{
     console::{self, say},
     error::{Failure, error_limit},
-    json, judge, outputs,
-    plan::open_target,
-    settings::TransferName,
+    json, judge, outputs, reference,
+    settings::{Settings, TransferName},
     side_file,
     verify::IrradianceFile,
 };
-use glasswarp::target::{Framing, PictureOptions, Transfer};
-use glasswarp_verify::{Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons};
+use glasswarp_verify::{
+    Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons, reference::resampled,
+};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -130,10 +130,10 @@ pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<()
 /// The picture as the light that a tally should hold.
 fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
     let Some(picture) = &args.target else { return Ok(None) };
-    let options = PictureOptions { transfer: args.transfer.map(Transfer::from), ..PictureOptions::default() };
-    let target = open_target(picture, &options, args.offset, Framing::default())?;
+    let settings = Settings { transfer: args.transfer, offset: Some(args.offset), ..Settings::default() };
+    let own = reference::read(picture, &reference::options_of(&settings))?;
     let (nx, ny) = tally.pixels();
-    Ok(Some(judge::image_of(target.resampled(nx, ny).cells())))
+    Ok(Some(resampled(&own.light, nx, ny)))
 }
 
 /// What was looked at, and how, in one line: equal for parts of one run, and for those alone.

@@ -189,7 +189,8 @@ pub(crate) fn run(
                 Plan::new(picture.clone(), settings).and_then(|plan| {
                     let block = plan.design(&Silent)?;
                     let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the block"))?;
-                    look(value, &Examiner::new(plan.scene()?, Some(&plan.target), pixels), &subject)
+                    let wanted = plan.wanted()?;
+                    look(value, &Examiner::new(plan.scene()?, Some(wanted.in_perfect_light()), pixels), &subject)
                 })
             }
         };

@@ -17,6 +17,7 @@ use super::{
     placed::{Opened, Placing},
     plan::open_target,
     progress::TerminalProgress,
+    reference::Wanted,
     settings::{Settings, TransferName},
     shards::{self, MergeArgs, Shard},
     side_file::{self, SideFile},
@@ -26,11 +27,7 @@ use super::{
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::DVec2;
-use glasswarp::{
-    report::Exposure,
-    solver::Progress,
-    target::{PictureOptions, TargetIrradiance, Transfer},
-};
+use glasswarp::{report::Exposure, solver::Progress, target::Transfer};
 use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},
@@ -223,18 +220,14 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
-    let (picture, offset) = target(args, side.as_ref())?;
-    let intent = match (picture.clone(), &side) {
-        (Some(picture), Some(side)) => Some(Intent::of_side(picture, side)?),
-        _ => None,
-    };
-    let target = intent.as_ref().map(|intent| intent.target.clone()).or(picture);
+    let (wanted, offset) = wanted(args, side.as_ref())?;
+    let target = wanted.as_ref().map(Wanted::in_perfect_light);
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
     let opened = Opened::open(block, side.as_ref(), args.placing)?;
-    let scene = scene(block, args, side.as_ref(), &opened.subject, target.as_ref())?;
-    let (subject, moves) = opened.upright(block, &scene, target.as_ref())?;
+    let scene = scene(block, args, side.as_ref(), &opened.subject, target)?;
+    let (subject, moves) = opened.upright(block, &scene, target)?;
     warnings.extend(moves);
     if report.is_some() && matches!(subject, Subject::Solid(_)) {
         return Err(Failure::Usage(format!(
@@ -243,8 +236,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         )));
     }
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
-    let examiner = Examiner::new(scene.clone(), target.as_ref(), args.pixels as usize)
-        .seeing(args.surface.map(Surface::from), fresnel);
+    let examiner =
+        Examiner::new(scene.clone(), target, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,
@@ -258,12 +251,12 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     if let Some(path) = &args.tally {
         // Photons see the light that there is.
-        let (scene, wanted) = match (&intent, &side) {
-            (Some(intent), Some(side)) => (imperfect::spread(scene, &side.design), Some(&intent.wanted)),
-            _ => (scene, target.as_ref()),
+        let (scene, seen) = match (&wanted, &side) {
+            (Some(wanted), Some(side)) => (imperfect::spread(scene, &side.design), Some(&wanted.picture)),
+            _ => (scene, target),
         };
         let examiner =
-            Examiner::new(scene, wanted, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
+            Examiner::new(scene, seen, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
         let tracer = subject.tracer(&examiner.scene_for(&subject))?;
         let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
         return shards::demand(error, args.max_error);
@@ -272,7 +265,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     progress.begin("tracing", 3);
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     progress.advance(1);
-    for suspicion in suspicions(&subject, &examiner, target.as_ref(), &judgement)? {
+    for suspicion in suspicions(&subject, &examiner, target, &judgement)? {
         console::warn(&suspicion);
         warnings.push(suspicion);
     }
@@ -304,8 +297,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         .map(|finish| Finished::of(finish, &subject, &examiner))
         .transpose()?;
     finished.iter().for_each(Finished::print);
-    let seen = match (&side, &intent) {
-        (Some(side), Some(intent)) => Seen::of(&subject, &scene, intent, &side.design, &plan)?,
+    let seen = match (&side, &wanted) {
+        (Some(side), Some(wanted)) => Seen::of(&subject, &scene, wanted, &side.design, &plan)?,
         _ => None,
     };
     if let (Some(seen), Some(side)) = (&seen, &side) {
@@ -380,21 +373,31 @@ fn no_side_file(block: &Path) -> Failure {
     side_file::missing(block, ", or give --ior and --distance")
 }
 
-/// The picture as light, and its offset. Without a side file a picture need not be named.
-fn target(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<TargetIrradiance>, Option<f64>), Failure> {
-    let design = side.map(|side| &side.design);
-    let Some(picture) = args.target.as_ref().or(design.and_then(|design| design.picture.as_ref())) else {
+/// What the light is judged by, and the constant in it. Without a side file a picture need not be named.
+fn wanted(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<Wanted>, Option<f64>), Failure> {
+    let design = side.map(|side| side.design.clone()).unwrap_or_default();
+    let settings = Settings {
+        picture: args.target.clone().or(design.picture.clone()),
+        transfer: args.transfer.or(design.transfer),
+        offset: Some(args.offset.or(design.offset).unwrap_or(0.0)),
+        ..design
+    };
+    let Some(picture) = &settings.picture else {
         return match side {
             Some(_) => Err(Failure::Usage("the side file names no picture: give one with --target".into())),
             None => Ok((None, None)),
         };
     };
-    let mut options = design.map_or_else(PictureOptions::default, Settings::picture_options);
-    options.transfer = args.transfer.map(Transfer::from).or(options.transfer);
-    let offset = args.offset.or(design.and_then(|design| design.offset)).unwrap_or(0.0);
-    let framing = design.map(Settings::framing).transpose()?.unwrap_or_default();
-    let target = open_target(picture, &options, offset, framing)?;
-    Ok((Some(target), Some(offset)))
+    let offset = settings.offset.unwrap_or(0.0);
+    let read = open_target(picture, &settings.picture_options(), offset, settings.framing()?)?;
+    let wanted = match side {
+        Some(side) => {
+            let (intent, bench) = Intent::of_side(read, side)?;
+            Wanted::of(picture, &settings, &intent, &bench)?
+        }
+        None => Wanted::plain(picture, &settings, &read)?,
+    };
+    Ok((Some(wanted), Some(offset)))
 }
 
 /// The bench: what the side file says, and flags say otherwise.
@@ -403,7 +406,7 @@ fn scene(
     args: &LookArgs,
     side: Option<&SideFile>,
     subject: &Subject,
-    target: Option<&TargetIrradiance>,
+    target: Option<&Image>,
 ) -> Result<Scene, Failure> {
     let distance = args.distance.map(|length| length.mm);
     let mut scene = match (side, args.ior, distance) {
@@ -417,8 +420,7 @@ fn scene(
     scene = seen_otherwise(scene, subject.block(), args.ior, distance)?;
     if let Some(window) = args.window {
         let natural = scene.window.size_mm;
-        let aspect =
-            target.map_or(natural.y / natural.x, |target| target.cells().ny() as f64 / target.cells().nx() as f64);
+        let aspect = target.map_or(natural.y / natural.x, |target| target.ny as f64 / target.nx as f64);
         let width = window.width.mm;
         scene.window.size_mm = DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm));
     }
@@ -429,7 +431,7 @@ fn scene(
 fn suspicions(
     subject: &Subject,
     examiner: &Examiner,
-    target: Option<&TargetIrradiance>,
+    target: Option<&Image>,
     judgement: &Judgement,
 ) -> Result<Vec<String>, Failure> {
     let Subject::Block(block) = subject else { return Ok(Vec::new()) };

@@ -9,6 +9,7 @@ use super::{
     otherwise::seen_otherwise,
     placed::{self, Placing},
     plan::open_target,
+    reference::Wanted,
     side_file::SideFile,
 };
 use glam::DVec2;
@@ -55,11 +56,12 @@ impl Workpiece {
         })?;
         let transfer = design.transfer.map(Transfer::from);
         let offset = design.offset.unwrap_or(0.0);
-        let target = open_target(picture, &design.picture_options(), offset, design.framing()?)?;
-        let target = Intent::of_side(target, &side)?.target;
+        let (intent, bench) =
+            Intent::of_side(open_target(picture, &design.picture_options(), offset, design.framing()?)?, &side)?;
+        let wanted = Wanted::of(picture, design, &intent, &bench)?;
         let scene = seen_otherwise(scene_of(&side.bench, design)?, Some(&block), ior, distance_mm)?;
-        let examiner = Examiner::new(scene, Some(&target), pixels);
-        let exposure = Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb));
+        let examiner = Examiner::new(scene, Some(wanted.in_perfect_light()), pixels);
+        let exposure = Exposure::of(&intent.target, transfer.unwrap_or(Transfer::Srgb));
         let surface = surface_of(&block)?;
         Ok(Self { side, block, surface, examiner, exposure })
     }

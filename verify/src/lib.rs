@@ -32,6 +32,7 @@ mod optics;
 mod outline;
 mod photons;
 pub mod picture;
+pub mod reference;
 mod scene;
 mod shading;
 pub mod solid;

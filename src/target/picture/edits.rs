@@ -102,6 +102,21 @@ pub struct Edits {
 pub struct EditError(String);
 
 impl Levels {
+    /// What becomes black.
+    pub fn black(self) -> f64 {
+        self.black
+    }
+
+    /// What becomes white.
+    pub fn white(self) -> f64 {
+        self.white
+    }
+
+    /// The inverse of the exponent in between.
+    pub fn gamma(self) -> f64 {
+        self.gamma
+    }
+
     /// Range of gamma.
     pub const GAMMA: std::ops::RangeInclusive<f64> = 0.05..=20.0;
 

@@ -1,0 +1,96 @@
+//! Picture files that lie, before the verifier's own reader: it never panics, and takes no more memory than a file's length pays for.
+//!
+//! The corpus is the chart in every format, depth, profile and orientation (`common/chart.rs`), damaged at random (`common/fuzz.rs`);
+//! the long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test hostile_references -- --nocapture`.
+
+#[path = "common/chart.rs"]
+mod chart;
+#[path = "common/fuzz.rs"]
+mod fuzz;
+
+use fuzz::{Read, Target, cases};
+use glasswarp_verify::reference::{Options, Reference};
+use std::time::Instant;
+
+/// Small files may be of any number of pixels below 65536; beyond that a byte of deflate stands for some thousand samples, and each of
+/// these is held as a number, as light, and as what is done to it.
+fn memory(length: usize) -> usize {
+    (24 << 20) + 40_000 * length
+}
+
+fn read(bytes: &[u8]) -> Read {
+    Read::of(Reference::parse(bytes, &Options { svg_width: 48, ..Options::default() }))
+}
+
+fn hostile(extensions: &[&str], mend: Option<fn(&mut Vec<u8>)>, usual: usize) {
+    let corpus: Vec<Vec<u8>> =
+        chart::cases().into_iter().filter(|case| extensions.contains(&case.extension)).map(|case| case.bytes).collect();
+    assert!(!corpus.is_empty());
+    let name = format!("reference, {}", extensions[0]);
+    Target { name: &name, corpus, mend, memory }.run(cases(usual), read);
+}
+
+#[test]
+fn png() {
+    hostile(&["png"], Some(|file| chart::mend_png(file)), 4000);
+}
+
+#[test]
+fn jpeg() {
+    hostile(&["jpg"], None, 4000);
+}
+
+#[test]
+fn tiff() {
+    hostile(&["tif"], None, 4000);
+}
+
+#[test]
+fn webp() {
+    hostile(&["webp"], None, 4000);
+}
+
+#[test]
+fn bmp() {
+    hostile(&["bmp"], None, 4000);
+}
+
+#[test]
+fn gif() {
+    hostile(&["gif"], None, 4000);
+}
+
+#[test]
+fn pnm() {
+    hostile(&["pgm", "ppm"], None, 4000);
+}
+
+#[test]
+fn exr() {
+    hostile(&["exr"], None, 2000);
+}
+
+#[test]
+fn svg() {
+    hostile(&["svg"], None, 300);
+}
+
+#[test]
+fn claims_beyond_the_length_of_a_file_are_refused_at_once() {
+    let mut png = chart::cases().remove(0).bytes;
+    png[16..24].copy_from_slice(&[0, 1, 0, 0, 0, 1, 0, 0]);
+    chart::mend_png(&mut png);
+    let bomb = br#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 100000000"><path d="M0 0h1v9h-1z"/></svg>"#;
+    let lies: [&[u8]; 5] = [
+        &png,
+        b"P5 65000 65000 255\n1",
+        b"P7\nWIDTH 65000\nHEIGHT 65000\nDEPTH 4\nMAXVAL 65535\nENDHDR\n1",
+        b"GIF89a\xff\xff\xff\xff\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\xff\xff\xff\xff\0\x02\x02\x44\x01\0;",
+        bomb,
+    ];
+    for lie in lies {
+        let start = Instant::now();
+        assert!(matches!(read(lie), Read::Refused), "{}", String::from_utf8_lossy(&lie[..20]));
+        assert!(start.elapsed().as_secs_f64() < 2.0, "{}", String::from_utf8_lossy(&lie[..20]));
+    }
+}

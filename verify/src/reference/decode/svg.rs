@@ -1,0 +1,105 @@
+//! SVG: drawn by resvg, and fitted here.
+
+use super::super::{
+    colour::Meaning,
+    error::ReferenceError,
+    raster::{Alpha, Inks, Raster, Samples},
+};
+use super::Decoded;
+use resvg::{
+    tiny_skia::{Color, Pixmap, Transform},
+    usvg::{ImageHrefResolver, Options, Tree, fontdb::Database, roxmltree},
+};
+use std::sync::{Arc, LazyLock};
+
+const NAME: &str = "SVG";
+
+/// Whether the text of a file begins as SVG does, behind declarations and comments.
+pub(in crate::reference) fn is_svg(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let begin = text.iter().position(|byte| !byte.is_ascii_whitespace());
+    let Some(b'<') = begin.map(|at| text[at]) else { return false };
+    text[..text.len().min(1 << 16)].windows(4).any(|word| word == b"<svg" || word == b":svg")
+}
+
+/// Fonts are looked for once.
+static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
+    let mut fonts = Database::new();
+    fonts.load_system_fonts();
+    Arc::new(fonts)
+});
+
+/// Draws a file on a page of this colour, so many pixels wide as long as no side has more than `most`.
+pub(in crate::reference) fn draw(
+    bytes: &[u8],
+    page: [u8; 3],
+    width: usize,
+    most: usize,
+) -> Result<Decoded, ReferenceError> {
+    let failed = |error: &dyn std::fmt::Display| ReferenceError::malformed(NAME, error);
+    let text = std::str::from_utf8(bytes).map_err(|error| failed(&error))?;
+    let parsing = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
+    let document = roxmltree::Document::parse_with_options(text, parsing).map_err(|error| failed(&error))?;
+    refuse_references(&document)?;
+    let options = Options {
+        fontdb: if text.contains("<text") || text.contains(":text") { Arc::clone(&FONTS) } else { Arc::default() },
+        image_href_resolver: ImageHrefResolver {
+            resolve_data: ImageHrefResolver::default_data_resolver(),
+            resolve_string: Box::new(|_, _| None),
+        },
+        ..Options::default()
+    };
+    let tree = Tree::from_xmltree(&document, &options).map_err(|error| failed(&error))?;
+    let size = tree.size();
+    let aspect = f64::from(size.height()) / f64::from(size.width());
+    let high = |wide: f64| (wide * aspect).round().max(1.0);
+    let mut wide = (width.clamp(1, most)) as f64;
+    if high(wide) > most as f64 {
+        wide = (most as f64 / aspect).floor().max(1.0);
+    }
+    let (nx, ny) = (wide as u32, high(wide).min(most as f64) as u32);
+    let mut pixmap = Pixmap::new(nx, ny).ok_or(ReferenceError::Empty { width: nx as usize, height: ny as usize })?;
+    let [r, g, b] = page;
+    pixmap.fill(Color::from_rgba8(r, g, b, 255));
+    let fitted = Transform::from_scale(nx as f32 / size.width(), ny as f32 / size.height());
+    resvg::render(&tree, fitted, &mut pixmap.as_mut());
+    // The page has left nothing transparent.
+    let samples = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let raster = Raster {
+        nx: nx as usize,
+        ny: ny as usize,
+        inks: Inks::Rgb,
+        alpha: Alpha::None,
+        samples: Samples::Bits8(samples),
+    };
+    Ok(Decoded::new(raster, None, Meaning::srgb()))
+}
+
+/// Refuses what would have to be read from elsewhere.
+fn refuse_references(document: &roxmltree::Document<'_>) -> Result<(), ReferenceError> {
+    let refused = |what: &str| {
+        let shown: String = what.chars().take(80).collect();
+        Err(ReferenceError::malformed(NAME, format!("it refers to '{shown}', and nothing outside of the file is read")))
+    };
+    for node in document.descendants() {
+        if let Some(instruction) = node.pi()
+            && instruction.target == "xml-stylesheet"
+        {
+            return refused(instruction.value.unwrap_or("a style sheet"));
+        }
+        if let Some(text) = node.text().filter(|text| node.is_text() && text.contains("@import")) {
+            return refused(text.trim());
+        }
+        // A link leads elsewhere and draws nothing.
+        if !node.is_element() || node.tag_name().name() == "a" {
+            continue;
+        }
+        for attribute in node.attributes().filter(|attribute| attribute.name() == "href") {
+            let target = attribute.value().trim();
+            if !(target.is_empty() || target.starts_with('#') || target.starts_with("data:")) {
+                return refused(target);
+            }
+        }
+    }
+    Ok(())
+}
