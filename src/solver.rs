@@ -164,6 +164,7 @@ pub(crate) fn check_nodes(solver: &'static str, (nx, ny): (usize, usize)) -> Res
     if NODES.contains(&nx) && NODES.contains(&ny) {
         return Ok(());
     }
-    let what = format!("height fields of {nx} x {ny} nodes (both must lie between {} and {})", NODES.start(), NODES.end());
+    let what =
+        format!("height fields of {nx} x {ny} nodes (both must lie between {} and {})", NODES.start(), NODES.end());
     Err(SolveError::Unsupported { solver, what })
 }

@@ -238,7 +238,7 @@ fn a_gate_that_would_not_run_is_refused() {
     let workshop = Workshop::new();
     for limit in ["1e-7", "nan", "inf", "-1", "much"] {
         workshop.refuses(
-            &format!("design picture.png -o b.stl --nodes 33 --no-verify --max-error {limit}"),
+            &format!("design picture.png -o b.stl --nodes 33 --no-verify --max-error={limit}"),
             REFUSED,
             &["--max-error"],
         );
@@ -270,8 +270,16 @@ fn settings_that_exclude_each_other_are_refused_wherever_they_stand() {
         ("--ior 1.6 --material pmma", "ior = 1.6\nmaterial = \"pmma\"", ["ior", "material"]),
         ("--ior 1.6 --wavelength 532nm", "ior = 1.6\nwavelength = \"532nm\"", ["ior", "wavelength"]),
         ("--beam x.png --emission lambertian", "beam = \"x.png\"\nemission = \"lambertian\"", ["beam", "emission"]),
-        ("--light parallel --emission lambertian", "light = \"parallel\"\nemission = \"lambertian\"", ["light", "emission"]),
-        ("--light parallel --source-distance 1m", "light = \"parallel\"\nsource-distance = \"1m\"", ["light", "source-distance"]),
+        (
+            "--light parallel --emission lambertian",
+            "light = \"parallel\"\nemission = \"lambertian\"",
+            ["light", "emission"],
+        ),
+        (
+            "--light parallel --source-distance 1m",
+            "light = \"parallel\"\nsource-distance = \"1m\"",
+            ["light", "source-distance"],
+        ),
     ] {
         workshop.refuses(&line(flags), REFUSED, &[words[0], words[1], "cannot be used with", "leave one of them out"]);
         let text = format!("[design]\npicture = \"picture.png\"\nnodes = 33\n{file}\n");
@@ -280,12 +288,17 @@ fn settings_that_exclude_each_other_are_refused_wherever_they_stand() {
         workshop.refuses(in_file, REFUSED, &[words[0], words[1], "cannot be used with", "d.toml:4:1", "d.toml:5:1"]);
     }
     // Across both, the flag goes before the file, and says so.
-    fs::write(workshop.path("d.toml"), "[design]\npicture = \"picture.png\"\nnodes = 33\nmaterial = \"pmma\"\nlight = \"parallel\"\n")
-        .unwrap();
+    fs::write(
+        workshop.path("d.toml"),
+        "[design]\npicture = \"picture.png\"\nnodes = 33\nmaterial = \"pmma\"\nlight = \"parallel\"\n",
+    )
+    .unwrap();
     let outcome = workshop.run("design d.toml -o b.stl --no-verify --no-report --ior 1.6 --source-distance 1m");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     assert!(outcome.out.contains("index 1.6") && outcome.out.contains("a point 1000.0 mm away"), "{}", outcome.out);
-    for word in ["--ior takes the place of material in d.toml", "--source-distance takes the place of light parallel in d.toml"] {
+    for word in
+        ["--ior takes the place of material in d.toml", "--source-distance takes the place of light parallel in d.toml"]
+    {
         assert!(outcome.err.contains(word), "{}", outcome.err);
     }
 }

@@ -142,8 +142,8 @@ fn grids_that_hold_no_picture_are_refused_by_every_solver() {
             assert!(matches!(refused, DesignError::Nodes { .. }), "{nodes:?}: {refused}");
         }
         for thickness in [f64::NAN, 0.0, -3.0, f64::INFINITY] {
-            let refused =
-                pipeline::design(&target, &bench, (33, 33), solver, Stock::of_thickness(thickness), &Silent).unwrap_err();
+            let refused = pipeline::design(&target, &bench, (33, 33), solver, Stock::of_thickness(thickness), &Silent)
+                .unwrap_err();
             assert!(matches!(refused, DesignError::Solid(_)), "{thickness}: {refused}");
         }
     }

@@ -4,7 +4,7 @@
 #[allow(dead_code)]
 mod workshop;
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, process::Command};
 use workshop::{FINE, REFUSED, Workshop};
 
 /// A shop with a block of few nodes in it, and what goes into its report.
@@ -26,10 +26,7 @@ fn every_command_repeats_itself_and_replaces_nothing_of_anybody_else() {
         ("design picture.png --nodes 33 --outline circle --no-verify --height-map h.exr -o h.stl", &["h.mask.png"]),
         ("design picture.png --nodes 33 --finish polish=0.5mm -o f.stl", &["f.finished.png"]),
         ("preview picture.png --nodes 33 -o p.html -o p.png", &["p.html", "p.png"]),
-        (
-            "verify b.stl --photons 20000 --pixels 16 -o v.exr -o v.png --report v.html",
-            &["v.exr", "v.png", "v.html"],
-        ),
+        ("verify b.stl --photons 20000 --pixels 16 -o v.exr -o v.png --report v.html", &["v.exr", "v.png", "v.html"]),
         ("verify b.stl --photons 20000 --pixels 16 --tally t.exr", &["t.exr"]),
         ("verify b.stl --sweep distance=200..300 --steps 2 --pixels 16 -o s.csv -o s.png", &["s.csv", "s.png"]),
         ("verify merge t.exr --tally m.exr -o m.png", &["m.exr", "m.png"]),
@@ -46,22 +43,25 @@ fn every_command_repeats_itself_and_replaces_nothing_of_anybody_else() {
         let twice = [shop.run(line), shop.run(line)];
         assert!(twice.iter().all(|outcome| codes.contains(&outcome.code)), "{line}\n{}{}", twice[0].err, twice[1].err);
         for output in outputs {
-            let ours = fs::read(shop.path(output)).unwrap_or_else(|error| panic!("{line}: {output}: {error}"));
-            for (theirs, why) in [(&b"somebody's"[..], "changed since"), (&ours, "not written by glasswarp")] {
-                fs::write(shop.path(output), theirs).unwrap();
-                if why.starts_with("not") {
-                    // As if it had come from elsewhere: the folder knows nothing of it.
-                    let record = Path::new(output).with_file_name(".glasswarp.sha256");
-                    let name = format!("  {}", Path::new(output).file_name().unwrap().to_str().unwrap());
-                    let text = fs::read_to_string(shop.path(record.to_str().unwrap())).unwrap();
-                    let kept: String =
-                        text.lines().filter(|l| !l.ends_with(&name)).map(|l| format!("{l}\n")).collect();
-                    fs::write(shop.path(record.to_str().unwrap()), kept).unwrap();
-                }
-                shop.refuses(line, REFUSED, &[output, why, "--force"]);
-                assert_eq!(fs::read(shop.path(output)).unwrap(), theirs, "{line}: {output}");
-            }
-            assert!(codes.contains(&shop.run(&format!("{line} --force")).code), "{line}");
+            let path = shop.path(output);
+            let record = path.with_file_name(".glasswarp.sha256");
+            let ours = fs::read(&path).unwrap_or_else(|error| panic!("{line}: {output}: {error}"));
+            let known = fs::read_to_string(&record).unwrap();
+            fs::write(&path, "somebody's").unwrap();
+            shop.refuses(line, REFUSED, &[output, "has been changed since glasswarp wrote it", "--force"]);
+            assert_eq!(fs::read_to_string(&path).unwrap(), "somebody's", "{line}: {output}");
+            // As if it had come from elsewhere: the folder knows nothing of it.
+            let name = format!("  {}", path.file_name().unwrap().to_str().unwrap());
+            let others = known.lines().filter(|line| !line.ends_with(&name)).map(|line| format!("{line}\n"));
+            fs::write(&record, others.collect::<String>()).unwrap();
+            shop.refuses(line, REFUSED, &[output, "was not written by glasswarp", "--force"]);
+            fs::write(&path, ours).unwrap();
+            fs::write(&record, known).unwrap();
+        }
+        outputs.iter().for_each(|output| fs::write(shop.path(output), "somebody's").unwrap());
+        assert!(codes.contains(&shop.run(&format!("{line} --force")).code), "{line}");
+        for output in outputs {
+            assert_ne!(fs::read(shop.path(output)).unwrap(), b"somebody's", "{line}: {output}");
         }
     }
 }
@@ -72,7 +72,8 @@ fn inputs_are_never_replaced() {
     fs::copy(shop.path("b.stl"), shop.path("other.stl")).unwrap();
     fs::copy(shop.path("picture.png"), shop.path("q.caustic.png")).unwrap();
     fs::write(shop.path("design.toml"), "[design]\npicture = \"picture.png\"\nnodes = 33\n").unwrap();
-    fs::write(shop.path("beam.toml"), "[design]\npicture = \"picture.png\"\nbeam = \"beam.png\"\nnodes = 33\n").unwrap();
+    fs::write(shop.path("beam.toml"), "[design]\npicture = \"picture.png\"\nbeam = \"beam.png\"\nnodes = 33\n")
+        .unwrap();
     fs::copy(shop.path("picture.png"), shop.path("beam.png")).unwrap();
     fs::create_dir(shop.path("sub")).unwrap();
     #[cfg(unix)]
@@ -98,7 +99,10 @@ fn inputs_are_never_replaced() {
         ("design b.toml -o b.stl", "b.toml"),
         ("preview picture.png --nodes 33 -o picture.png", "picture.png"),
         ("verify b.stl --photons 20000 --pixels 16 -o picture.png", "picture.png"),
-        ("verify b.stl --photons 20000 --pixels 16 --tally t.exr --target q.caustic.png -o q.caustic.png", "q.caustic.png"),
+        (
+            "verify b.stl --photons 20000 --pixels 16 --tally t.exr --target q.caustic.png -o q.caustic.png",
+            "q.caustic.png",
+        ),
         ("check b.stl -o picture.png", "picture.png"),
         ("mill b.stl --step-over 2mm -o b.stl", "b.stl"),
         ("mill b.stl --step-over 2mm -o b.obj", "b.toml"),
@@ -185,7 +189,8 @@ fn permissions_and_links_are_the_users() {
         command.args(["-c", &script]).arg(program).args(line.split(' ')).current_dir(shop.root());
         assert!(command.output().unwrap().status.success());
     };
-    let modes = || ["v.exr", "v.png", "v.html"].map(|n| fs::metadata(shop.path(n)).unwrap().permissions().mode() & 0o777);
+    let modes =
+        || ["v.exr", "v.png", "v.html"].map(|n| fs::metadata(shop.path(n)).unwrap().permissions().mode() & 0o777);
     masked("077");
     assert_eq!(modes(), [0o600; 3]);
     fs::set_permissions(shop.path("v.png"), fs::Permissions::from_mode(0o664)).unwrap();

@@ -112,10 +112,7 @@ fn inputs_stay_even_by_force_and_however_they_are_spelt() {
     assert_eq!(folder.says("in.png"), "somebody's");
     // An input that is an output of before is no less an input.
     write(&folder.at("out.png"), "ours").unwrap();
-    assert!(matches!(
-        approve(&[&folder.at("out.png")], &[&folder.at("out.png")], true),
-        Err(PlanError::Input { .. })
-    ));
+    assert!(matches!(approve(&[&folder.at("out.png")], &[&folder.at("out.png")], true), Err(PlanError::Input { .. })));
 }
 
 #[test]

@@ -4,8 +4,8 @@ use super::{console::say, error::Failure, json};
 use glam::DVec2;
 use glasswarp::{grid::Field, target::to_picture_order};
 use glasswarp_verify::{
-    Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally, Scene, Surface, Tracer,
-    Traversal, beams, facet_beams,
+    Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally,
+    Scene, Surface, Tracer, Traversal, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Likeness, Metrics},
     photons,
@@ -274,7 +274,7 @@ pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -
 /// Whether photons see what beams see. Beams have a width, which very many photons can tell: where they seem to disagree, beams
 /// of half the width say how much of it is that.
 fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &PhotonTally) -> Result<Agreement, Failure> {
-    let against = |image: &Image| tally.agreement(image, examiner.wanted()).map_err(Failure::refused);
+    let against = |image: &Image| tally.agreement(image).map_err(Failure::refused);
     let first = against(seen)?;
     if first.standard_errors() <= DISAGREEMENT {
         return Ok(first);
@@ -282,10 +282,7 @@ fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &Photo
     let surface = examiner.surface_of(subject);
     let finer = examiner.look_by(subject, surface, Geometry::Displaced, 2 * BEAMS_PER_PIXEL)?.image;
     let second = against(&finer)?;
-    let width = match examiner.wanted() {
-        Some(_) => (second.difference - first.difference).abs(),
-        None => metrics::rel_rms(&finer, seen).map_err(Failure::refused)?.powi(2),
-    };
+    let width = metrics::rel_rms(&finer, seen).map_err(Failure::refused)?.powi(2);
     Ok(Agreement { standard_error: second.standard_error.hypot(width), ..second })
 }
 

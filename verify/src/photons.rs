@@ -193,7 +193,7 @@ impl NoisyError {
 /// How far photons are from an image that should be the same light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Mean square error of the photons, less their noise, minus that of the image.
+    /// Mean square difference of the photons from the image, less their noise.
     pub difference: f64,
     /// Its standard error if both show the same light.
     pub standard_error: f64,
@@ -317,26 +317,28 @@ impl PhotonTally {
         Ok(NoisyError { mean_square: sum / n, mean_square_error: spread.sqrt() / n })
     }
 
-    /// Asks whether the photons show the light of an image, free of noise, of the same size: by their mean square errors against
-    /// a target, or without one against the image itself. Scales do not matter.
+    /// Asks whether the photons show the light of an image of the same size that is free of noise. Scales do not matter.
     ///
-    /// If they do, every pixel's square error is off by a number of mean 0, which is nearly independent of the others: the
-    /// sum of their squares is the variance of their sum, whatever their distribution. No model of the noise is needed, nor
-    /// many replicates.
+    /// If they do, the square of every pixel's difference less the pixel's variance is a number of mean 0, and those of different
+    /// pixels are all but uncorrelated: the sum of their squares is the variance of their sum, whatever their distribution. No
+    /// model of the noise is needed, nor many replicates.
     ///
     /// # Errors
     /// [`PhotonError::Different`] if the sizes differ.
-    pub fn agreement(&self, image: &Image, target: Option<&Image>) -> Result<Agreement, PhotonError> {
-        let target = target.unwrap_or(image);
-        if [image, target].iter().any(|other| (other.nx, other.ny) != self.pixels) {
+    pub fn agreement(&self, image: &Image) -> Result<Agreement, PhotonError> {
+        if (image.nx, image.ny) != self.pixels {
             return Err(PhotonError::Different("the number of pixels"));
         }
         let (own, noise) = (self.image(), self.standard_error());
-        let (own_mean, image_mean, target_mean) = (own.mean(), image.mean(), target.mean());
+        let (own_mean, image_mean) = (own.mean(), image.mean());
+        if own_mean == 0.0 || image_mean == 0.0 {
+            // Nothing arrives by either, or by one of both only.
+            let difference = if own_mean == image_mean { 0.0 } else { f64::INFINITY };
+            return Ok(Agreement { difference, standard_error: 1.0 });
+        }
         let (mut sum, mut squares) = (0.0, 0.0);
-        for (((&e, &s), &b), &t) in own.values.iter().zip(&noise.values).zip(&image.values).zip(&target.values) {
-            let (wanted, expected) = (t / target_mean, b / image_mean);
-            let off = (e / own_mean - wanted).powi(2) - (s / own_mean).powi(2) - (expected - wanted).powi(2);
+        for ((&e, &s), &b) in own.values.iter().zip(&noise.values).zip(&image.values) {
+            let off = (e / own_mean - b / image_mean).powi(2) - (s / own_mean).powi(2);
             sum += off;
             squares += off * off;
         }
