@@ -30,45 +30,46 @@ fn mean(values: &[f64], columns: std::ops::Range<usize>, rows: std::ops::Range<u
     rows.flat_map(|y| columns.clone().map(move |x| (x, y))).map(|(x, y)| values[y * NX + x]).sum::<f64>() / count as f64
 }
 
-/// What is wrong with the light of a block, by the numbers of the chart.
-fn faults(found: &[f64]) -> Vec<String> {
-    let mut faults = Vec::new();
-    let mut near = |what: &str, found: f64, right: f64, within: f64| {
-        if (found - right).abs() > within {
-            faults.push(format!("{what} is {found:.3} instead of {right:.3}"));
+/// The part of the chart whose light is most wrong, by how much, and in words.
+fn worst_part(found: &[f64]) -> (f64, String) {
+    let mut worst = (0.0, String::new());
+    let mut near = |what: &str, found: f64, right: f64| {
+        let off = (found - right).abs();
+        if off > worst.0 {
+            worst = (off, format!("{what} is {found:.3} instead of {right:.3}"));
         }
     };
     // The F: its stem, its bars, and the ground on either side of it, a pixel from every edge.
     let bright = 1.0 + OFFSET;
-    near("the stem", mean(found, 5..7, 5..27), bright, WITHIN);
-    near("the upper bar", mean(found, 9..19, 5..7), bright, WITHIN);
-    near("the lower bar", mean(found, 9..15, 15..17), bright, WITHIN);
+    near("the stem", mean(found, 5..7, 5..27), bright);
+    near("the upper bar", mean(found, 9..19, 5..7), bright);
+    near("the lower bar", mean(found, 9..15, 15..17), bright);
     for (what, columns, rows) in
         [("left of the F", 1..3, 4..28), ("between the bars", 10..18, 9..13), ("right of the foot", 10..22, 20..30)]
     {
-        near(what, mean(found, columns, rows), 0.1 + OFFSET, WITHIN);
+        near(what, mean(found, columns, rows), 0.1 + OFFSET);
     }
     for (k, grey) in WEDGE.iter().enumerate() {
         let left = 24 + 4 * k;
-        near(&format!("step {k} of the wedge"), mean(found, left + 1..left + 3, 2..14), grey + OFFSET, WITHIN);
+        near(&format!("step {k} of the wedge"), mean(found, left + 1..left + 3, 2..14), grey + OFFSET);
     }
     for third in 0..3 {
         let columns = 25 + 8 * third..31 + 8 * third;
         let right = columns.clone().map(|x| (x - 23) as f64 / 24.0).sum::<f64>() / columns.len() as f64;
-        near(&format!("part {third} of the ramp"), mean(found, columns, 18..30), right + OFFSET, WITHIN);
+        near(&format!("part {third} of the ramp"), mean(found, columns, 18..30), right + OFFSET);
     }
-    faults
+    worst
 }
 
 /// Measured: 0.030 at most (PNG of 16 bits, 129 nodes), a tenth more.
 const WITHIN: f64 = 0.033;
 
 /// Designs and verifies a file; `None` if the two readers of pictures disagree about it.
-fn through_the_command(case: &Case) -> Option<Vec<String>> {
+fn through_the_command(case: &Case) -> Option<(f64, String)> {
     let workshop = Workshop::new();
     let picture = format!("chart.{}", case.extension);
     fs::write(workshop.path(&picture), &case.bytes).unwrap();
-    let design = format!("design {picture} -o block.stl --nodes 129 --no-report --offset {OFFSET}");
+    let design = format!("design {picture} -o block.stl --nodes 97 --quality draft --no-report --offset {OFFSET}");
     let made = workshop.run(&design);
     if made.code == SHORT && made.err.contains("THE TWO READERS DISAGREE") {
         return None;
@@ -76,20 +77,23 @@ fn through_the_command(case: &Case) -> Option<Vec<String>> {
     assert_eq!(made.code, FINE, "{}: {}", case.name, made.err);
     let seen = workshop.run("verify block.stl -o light.exr --photons 65536");
     assert_eq!(seen.code, FINE, "{}: {}", case.name, seen.err);
-    Some(faults(&drawn(&workshop, "light.exr")))
+    Some(worst_part(&drawn(&workshop, "light.exr")))
 }
 
 #[test]
 fn what_arrives_on_the_wall_is_the_chart_from_every_kind_of_file() {
-    let all: Vec<Case> = cases().into_iter().filter(|case| case.extension != "svg").collect();
+    let all = cases();
     let (mut wrong, mut read) = (Vec::new(), 0);
     for case in &all {
         match through_the_command(case) {
             // Never a wrong picture without a word.
             None => eprintln!("{}: the readers disagree", case.name),
-            Some(faults) => {
+            Some((off, part)) => {
                 read += 1;
-                wrong.extend(faults.iter().map(|fault| format!("{}: {fault}", case.name)));
+                eprintln!("{}: {part}", case.name);
+                if off > WITHIN {
+                    wrong.push(format!("{}: {part}", case.name));
+                }
             }
         }
     }

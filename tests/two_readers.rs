@@ -221,7 +221,8 @@ impl Sample {
         let is_png = matches!(self.kind, Kind::Png8 | Kind::Png16 | Kind::PngBits(_) | Kind::PngPalette);
         let is_tiff = matches!(self.kind, Kind::Tiff8 | Kind::Tiff16 | Kind::TiffFloat);
         match self.dress {
-            Dress::Plain => self.kind != Kind::TiffFloat || self.transfer.is_some(),
+            _ if self.kind == Kind::TiffFloat => false,
+            Dress::Plain => true,
             Dress::Orientation(_) => !is_png && !is_tiff,
             Dress::Gamma(_) | Dress::Primaries => !is_png || self.transfer.is_some(),
         }
@@ -231,8 +232,8 @@ impl Sample {
     fn by_the_designer(&self, file: &[u8]) -> Result<Image, String> {
         let picture = Picture::read(Cursor::new(file), self.transfer, MEMORY).map_err(|error| error.to_string())?;
         let vignette = self.vignette.map_or(Vignette::None, |soft| Vignette::Circle { soft });
-        let framed = Framing::new(self.margin, vignette).and_then(|framing| framing.apply(&picture));
-        let framed = framed.map_err(|error| error.to_string())?;
+        let framing = Framing::new(self.margin, vignette).map_err(|error| error.to_string())?;
+        let framed = framing.apply(&picture).map_err(|error| error.to_string())?;
         let light = TargetIrradiance::from_picture(&framed, self.offset).map_err(|error| error.to_string())?;
         let cells = to_picture_order(light.cells());
         Ok(Image::new(cells.nx(), cells.ny(), cells.into_vec()))
