@@ -380,12 +380,9 @@ fn a_block_too_thin_for_its_face_and_a_source_too_near_are_refused() {
 
 #[test]
 fn every_shape_of_picture_is_drawn() {
-    for (pixels, nodes, measured) in [
-        ((4, 4), (65, 65), 0.01),
-        ((37, 23), (75, 47), 0.01),
-        ((90, 9), (181, 33), 0.01),
-        ((31, 40), (50, 97), 0.01),
-    ] {
+    for (pixels, nodes, measured) in
+        [((4, 4), (65, 65), 0.01), ((37, 23), (75, 47), 0.01), ((90, 9), (181, 33), 0.01), ((31, 40), (50, 97), 0.01)]
+    {
         let bench = bench(pixels.0 as f64, pixels.1 as f64, 150.0, GLASS);
         let target = picture(pixels.0, pixels.1, 0.1);
         let solution = Transport::default().solve(&target, &bench, nodes, &Silent).unwrap();
