@@ -30,8 +30,7 @@ fn any_bench_is_designed_judged_and_made_again_from_its_side_file() {
         ("beam", "--beam beam.png --tilt 10deg", 0.0002),
         ("shifted", "--shift 10mm,0mm --window 60mm", 0.0001),
     ] {
-        let made =
-            workshop.run(&format!("design picture.png {COMMON} {flags} --no-report -o {name}.stl"));
+        let made = workshop.run(&format!("design picture.png {COMMON} {flags} --no-report -o {name}.stl"));
         assert_eq!(made.code, FINE, "{name}: {}{}", made.out, made.err);
         let judged = workshop.run(&format!("verify {name}.stl --photons 200000"));
         assert_eq!(judged.code, FINE, "{name}: {}{}", judged.out, judged.err);

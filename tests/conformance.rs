@@ -1,8 +1,5 @@
 //! What every solver of the inverse problem must do, whichever way it goes about it.
 
-mod common;
-
-use common::measured::within_tenth_of;
 use glam::DVec2;
 use glasswarp::{
     bench::{Bench, ExitFace},
@@ -20,7 +17,8 @@ use glasswarp::{
 use glasswarp_verify::{Block, Image, Scene, Tracer, Window, beams, load, metrics};
 use std::path::Path;
 
-/// A solver, and the relative RMS error with which it draws the sample picture, as measured.
+/// A solver, and the relative RMS error within which it draws the sample picture: about twice what was measured when the
+/// bound was set (.0072, .021, .10).
 struct Candidate {
     name: &'static str,
     solver: Box<dyn Solver + Sync>,
@@ -29,9 +27,9 @@ struct Candidate {
 
 fn candidates() -> [Candidate; 3] {
     [
-        Candidate { name: "transport", solver: Box::new(Transport::default()), error: 0.0072 },
-        Candidate { name: "warping", solver: Box::new(Warping::default()), error: 0.021 },
-        Candidate { name: "warping-paper", solver: Box::new(WarpingPaper::default()), error: 0.10 },
+        Candidate { name: "transport", solver: Box::new(Transport::default()), error: 0.015 },
+        Candidate { name: "warping", solver: Box::new(Warping::default()), error: 0.045 },
+        Candidate { name: "warping-paper", solver: Box::new(WarpingPaper::default()), error: 0.20 },
     ]
 }
 
@@ -128,7 +126,7 @@ fn the_exported_block_draws_the_picture_by_the_verifiers_judgement() {
         let wanted = to_picture_order(target().resampled(pixels, pixels).cells());
         let wanted = Image::new(pixels, pixels, wanted.into_vec());
         let seen = metrics::compare(&beams(&tracer, 512, 512).image, &wanted).unwrap();
-        within_tenth_of(candidate.error, seen.rel_rms, candidate.name);
+        assert!(seen.rel_rms < candidate.error, "{}: {} > {}", candidate.name, seen.rel_rms, candidate.error);
     });
 }
 

@@ -178,9 +178,11 @@ fn a_block_designed_for_its_polish_is_better_after_it() {
     assert!(side.contains("finish = \"polish=0.2mm,gain=6\""), "{side}");
     let outcome = workshop.run("mill block.stl --cutter ball:6mm --step-over 0.1mm --polish 0.2mm").out;
     let [as_cut, finished] = ["as designed", "polished alone, sigma 0.2 mm"].map(|name| row(&outcome, name));
-    for (measured, [found, _], what) in
-        [(0.0030, plain, "not made for its polish"), (0.0004, finished, "made for it"), (0.0264, as_cut, "made for it, as cut")]
-    {
+    for (measured, [found, _], what) in [
+        (0.0030, plain, "not made for its polish"),
+        (0.0004, finished, "made for it"),
+        (0.0264, as_cut, "made for it, as cut"),
+    ] {
         prints_within_tenth_of(measured, found, what);
     }
 }

@@ -33,11 +33,11 @@ fn same_solid(workshop: &Workshop, a: &str, b: &str) -> bool {
 #[test]
 fn a_wide_source_is_made_up_for_and_the_gain_is_traced() {
     let workshop = workshop();
-    // With 4 million photons on 3456 pixels the figures are known to 0.0005, less than a hundredth of them.
+    // The command tells the photons' standard error: 0.0004, which is within a fiftieth of these.
     for (flags, measured) in [
-        ("--source-size 1.5deg", 0.05),
-        ("--source-distance 300mm --window 100mm --source-size 9x6mm", 0.05),
-        ("--roughness 0.8deg", 0.05),
+        ("--source-size 1.5deg", 0.0262),
+        ("--source-distance 300mm --window 100mm --source-size 9x6mm", 0.0360),
+        ("--roughness 0.8deg", 0.0244),
     ] {
         let with = workshop.run(&format!("{LINE} {flags} -o with.stl"));
         let without = workshop.run(&format!("{LINE} {flags} --deconvolution off -o without.stl"));
@@ -144,7 +144,7 @@ fn a_picture_is_drawn_on_a_mesh_by_the_warping_solver_and_by_no_other() {
         line.trim().parse().unwrap()
     };
     // Pixels on the brim of the mesh, which it cuts, have most of it.
-    prints_within_tenth_of(0.015, error(&drawn.out), "drawn on a mesh");
+    prints_within_tenth_of(0.0152, error(&drawn.out), "drawn on a mesh");
     let verified = workshop.run("verify block.stl --photons 200000");
     assert!((error(&verified.out) - error(&drawn.out)).abs() < 1e-3, "{}", verified.out);
     assert_eq!(workshop.run("design block.toml -o again.stl --no-verify --no-report").code, FINE);

@@ -20,7 +20,8 @@ fn every_sample_makes_a_block_whose_light_draws_it() {
             continue;
         }
         let name = sample.file_name().into_string().unwrap();
-        let (_, measured) = SAMPLES.iter().find(|(sample, _)| *sample == name).unwrap_or_else(|| panic!("{name} is new"));
+        let (_, measured) =
+            SAMPLES.iter().find(|(sample, _)| *sample == name).unwrap_or_else(|| panic!("{name} is new"));
         let folder = tempfile::tempdir().unwrap();
         let glasswarp = |line: &str| {
             let line = line.replace("DESIGN", &design.to_string_lossy());

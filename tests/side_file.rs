@@ -13,11 +13,11 @@ use toml::Table;
 
 /// Commands that together write every key.
 const COMMANDS: [&str; 9] = [
-    "design chiral.png -o a.stl -o a.exr --tilt 10deg --receiver-tilt 10deg,90deg --shift 5mm,0mm --window 65mm --rim 8mm,-4mm --mark 4mm --origin corner --material pmma --wavelength 532nm --step-tolerance 0.5 --min-thickness 4mm --skirt 3mm",
+    "design chiral.png -o a.stl --height-map a.exr --tilt 10deg --receiver-tilt 10deg,90deg --shift 5mm,0mm --window 65mm --rim 8mm,-4mm --mark 4mm --origin corner --material pmma --wavelength 532nm --step-tolerance 0.5 --min-thickness 4mm --skirt 3mm",
     "design chiral.png -o b.stl --source-distance 200mm --emission lamp.ies",
     "design chiral.png -o c.stl --source-distance 200mm --emission gaussian:20deg --source-size 1mm --roughness 0.02deg --psf speck.png,0.2mm --deconvolution window --deconvolution-rounds 2",
     "design chiral.png -o d.stl --mirror --light point --beam beam.png --thickness 20mm",
-    "design chiral.png -o e.stl -o e.png --outline circle --margin 0.05 --vignette circle:0.2 --transfer linear --offset 0.2 --ior 1.6",
+    "design chiral.png -o e.stl --height-map e.png --outline circle --margin 0.05 --vignette circle:0.2 --transfer linear --offset 0.2 --ior 1.6",
     "design chiral.png -o f.stl --finish polish=0.05mm --min-radius 0.5mm --quality draft",
     "design chiral.png -o g.stl --solver warping --caustic-mesh mesh.obj",
     "design chiral.png -o h.stl",
@@ -97,6 +97,9 @@ fn every_key_is_on_the_page_and_every_key_of_the_page_is_written() {
     }
     for (table, keys) in &page {
         let never: Vec<_> = keys.difference(all.get(table).unwrap_or(&BTreeSet::new())).cloned().collect();
-        assert!(never.is_empty(), "no command of this test writes {never:?} of [{table}], which docs/side-file.md explains");
+        assert!(
+            never.is_empty(),
+            "no command of this test writes {never:?} of [{table}], which docs/side-file.md explains"
+        );
     }
 }

@@ -416,13 +416,13 @@ def main():
     rows, columns = target.shape
     image = image_of(Block(asked.block, side), Light(side, path.parent), (columns, rows), asked.rays)
     image /= image.mean()
-    print(f"relative RMS from the picture {np.sqrt(np.mean((image - target) ** 2)):.5f}")
+    print(f"relative RMS from the picture {np.sqrt(np.mean((image - target) ** 2)):.6f}")
     if asked.image:
         other = files.exr(asked.image)
         other = other / other.mean()
         if other.shape != image.shape:
             raise SystemExit(f"{asked.image}: {other.shape[1]} x {other.shape[0]} pixels instead of {columns} x {rows}")
-        print(f"relative RMS from the image {np.sqrt(np.mean((image - other) ** 2)):.5f}")
+        print(f"relative RMS from the image {np.sqrt(np.mean((image - other) ** 2)):.6f}")
     if asked.write:
         files.write_png(asked.write, image / target.max())
 

@@ -1,8 +1,5 @@
 //! Whole solves at a small size, judged by beams cast through the result.
 
-#[path = "../../tests/common/measured.rs"]
-mod measured;
-
 use super::{Warping, WarpingOptions, WarpingPaper, WarpingPaperOptions};
 use crate::{
     bench::{Bench, ExitFace},
@@ -15,7 +12,6 @@ use crate::{
     target::TargetIrradiance,
 };
 use glam::{DVec2, DVec3};
-use measured::within_tenth_of;
 use std::cell::RefCell;
 
 const BLOCK: Extent = Extent::new(60.0, 45.0);
@@ -47,14 +43,14 @@ fn error(solution: &Solution, target: &TargetIrradiance, bench: &Bench, geometry
 
 #[test]
 fn the_displaced_surface_draws_the_target_for_glass_and_mirror_and_any_window() {
-    for (face, measured) in [(GLASS, [0.005, 0.005]), (ExitFace::Reflects, [0.005, 0.005])] {
+    for face in [GLASS, ExitFace::Reflects] {
         let own = bench(face);
         let other = own.clone().with_window(Extent::new(75.0, 40.0), DVec2::new(8.0, -5.0)).unwrap();
-        for (bench, measured) in [own, other].into_iter().zip(measured) {
+        for bench in [own, other] {
             let target = target(PIXELS);
             let solution = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap();
             let error = error(&solution, &target, &bench, Geometry::Displaced);
-            within_tenth_of(measured, error, format!("{face:?}, window {:?}", bench.window()));
+            assert!(error < 0.01, "{face:?}, window {:?}: {error}", bench.window());
             assert!(solution.surface.heights_mm().mean().abs() < 1e-12);
         }
     }
@@ -66,20 +62,20 @@ fn the_paper_draws_its_target_on_the_plane_and_loses_by_displacement() {
     let solution = WarpingPaper::default().solve(&target, &bench, NODES, &Silent).unwrap();
     let plane = error(&solution, &target, &bench, Geometry::NormalMappedPlane);
     let displaced = error(&solution, &target, &bench, Geometry::Displaced);
-    within_tenth_of(0.025, plane, "on the plane");
-    within_tenth_of(0.05, displaced, "displaced: the paper's assumption has a price");
+    assert!(plane < 0.05, "{plane}");
+    assert!(displaced > 1.3 * plane, "the paper's assumption has a price: {plane} on the plane, {displaced} displaced");
 }
 
 #[test]
 fn the_paper_takes_tilted_light_and_the_improved_mode_says_that_it_does_not() {
     let target = target(PIXELS);
-    for (face, measured) in [(GLASS, 0.03), (ExitFace::Reflects, 0.03)] {
+    for face in [GLASS, ExitFace::Reflects] {
         let straight = bench(face);
         let bench =
             straight.clone().with_light_direction(straight.light_direction() + DVec3::new(0.08, -0.05, 0.0)).unwrap();
         let solution = WarpingPaper::default().solve(&target, &bench, NODES, &Silent).unwrap();
         let plane = error(&solution, &target, &bench, Geometry::NormalMappedPlane);
-        within_tenth_of(measured, plane, format!("{face:?}"));
+        assert!(plane < 0.06, "{face:?}: {plane}");
         let refused = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::Unsupported { solver: "warping", .. }), "{refused}");
     }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{block, every_tracer, measured::within_tenth_of, relief, scene};
+use common::{block, every_tracer, relief, scene};
 use glam::{DMat3, DQuat, DVec2, DVec3};
 use glasswarp_verify::{
     BeamProfile, Block, Emission, End, Flux, Fresnel, Geometry, Image, IntensityTable, Light, PhotonPlan, Scene,
@@ -160,22 +160,20 @@ fn a_spherical_mirror_sends_light_from_its_centre_back_to_it() {
     };
     // The spline's slopes converge with the third power, and faster at nodes and cell centres.
     let (coarse, fine) = (worst(20), worst(40));
-    within_tenth_of(1e-5, fine, "mm");
-    assert!(coarse / fine > 7.0, "{coarse:e} {fine:e} mm");
+    assert!(fine < 2e-5 && coarse / fine > 7.0, "{coarse:e} {fine:e} mm");
     // Seen from 30 degrees off, by hand: normal of the sphere, law of reflection.
     let d = -at_degrees(30.0);
     let mesh = block(161, 121, SIZE, -10.0, cap);
     let scene = Scene { light: Light::parallel(d), ..Scene::mirror(100.0, window(32)) };
     let tracer = Tracer::for_block(&Block::from_mesh(&mesh).unwrap(), &scene).unwrap();
-    let mut worst = 0.0_f64;
     for at in points() {
         let exit = at.extend(cap(at.x, at.y));
         let normal = (DVec3::new(0.0, 0.0, radius) - exit) / radius;
         let wanted = on_plane(exit, d - 2.0 * d.dot(normal) * normal, 100.0, DVec3::ZERO);
-        worst = worst.max((landed(tracer.path_at(at).end) - wanted).length());
+        let error = (landed(tracer.path_at(at).end) - wanted).length();
+        // Slopes of the spline are worst at the corners of the face.
+        assert!(error < 5e-5, "{at}: {error:e} mm");
     }
-    // Slopes of the spline are worst at the corners of the face.
-    within_tenth_of(2.5e-5, worst, "mm, seen from 30 degrees off");
 }
 
 fn window(pixels: usize) -> Window {

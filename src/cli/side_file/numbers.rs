@@ -30,10 +30,9 @@ pub(super) fn emission(
     let (name, numbers) = match Lamp::read(settings.emission.as_ref().unwrap_or(&lamp::Emission::Isotropic))? {
         Lamp::Isotropic => ("isotropic", None),
         Lamp::Lambertian => ("lambertian", None),
-        Lamp::Gaussian(half) => (
-            "gaussian",
-            Some(format!("emission-half-angle = {half:?} # radians, where half of the intensity is left")),
-        ),
+        Lamp::Gaussian(half) => {
+            ("gaussian", Some(format!("emission-half-angle = {half:?} # radians, where half of the intensity is left")))
+        }
         Lamp::Measured(lamp) => {
             let table: Vec<[f64; 2]> = lamp.table().map(Into::into).collect();
             ("table", Some(format!("emission-table = {table:?} # radians, and the intensity there")))

@@ -8,9 +8,10 @@ receiver = rectangle("receiver", -2 * REACH, -2 * REACH, 2 * REACH, 2 * REACH, D
 receiver.data.materials.append(material("white", "ShaderNodeBsdfDiffuse", Color=(1, 1, 1, 1))[0])
 receiver.cycles.is_caustics_receiver = True
 
-# A black plate with a hole of the block's outline, close to the entry face: no light passes beside the block or comes by its walls.
+# A black plate with a hole, close to the entry face: however oblique it is, no light passes beside the block, comes by its walls, or
+# meets them from inside.
 black = material("black", "ShaderNodeBsdfDiffuse", Color=(0, 0, 0, 1))[0]
-(x0, y0), (x1, y1) = BLOCK_FROM, BLOCK_TO
+(x0, y0), (x1, y1) = HOLE_FROM, HOLE_TO
 for bar in [(-REACH, -REACH, x0, REACH), (x1, -REACH, REACH, REACH), (x0, -REACH, x1, y0), (x0, y1, x1, REACH)]:
     rectangle("plate", *bar, ENTRY_Z - 0.05).data.materials.append(black)
 

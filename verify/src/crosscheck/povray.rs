@@ -4,7 +4,7 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
-    view::{View, light, receiver},
+    view::{View, hole, light, receiver},
 };
 use crate::scene::Optics;
 use glam::{DVec2, DVec3, Vec3};
@@ -18,8 +18,14 @@ const IMAGE: &str = include_str!("povray_image.pov");
 
 /// The brightest pixel of the verifier's image, in what a 16-bit picture can hold: photon maps have grain.
 const BRIGHTEST: f64 = 0.5;
-/// Photons across the block.
-const PHOTONS_ACROSS: f64 = 4000.0;
+/// Photons across the block for every pixel across the picture, and at most.
+const PHOTONS_PER_PIXEL: f64 = 16.0;
+const MOST_PHOTONS: f64 = 4000.0;
+
+/// From photon to photon, mm.
+fn spacing(size: DVec2, (nx, ny): (usize, usize)) -> f64 {
+    size.max_element() / (PHOTONS_PER_PIXEL * nx.max(ny) as f64).min(MOST_PHOTONS)
+}
 
 fn run(scene: &str, output: &str, (nx, ny): (usize, usize), more: Option<String>) -> Run {
     let mut args: Vec<String> = vec![
@@ -49,7 +55,7 @@ pub(super) fn map(folder: &Path, landed: [DVec2; 2], pixels: (usize, usize)) -> 
 
 /// `peak` is the verifier's brightest pixel; its scale is the renderer's too.
 pub(super) fn image(folder: &Path, peak: f64, size: DVec2, pixels: (usize, usize)) -> Job {
-    let spacing = size.max_element() / PHOTONS_ACROSS;
+    let spacing = spacing(size, pixels);
     // Photons start on a lattice and are jittered by a fixed sequence: another spacing is another noise.
     let runs = [spacing, spacing * 1.0137].into_iter().enumerate().map(|(k, spacing)| {
         run("image.pov", &format!("image-{}.png", k + 1), pixels, Some(format!("Declare=Spacing={spacing}")))
@@ -107,13 +113,16 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
             Code::Irradiance { exposure, .. } => {
                 pair("Window_From", corners[0])?;
                 pair("Window_To", corners[1])?;
+                let [from, to] = hole(block, scene);
+                pair("Hole_From", from)?;
+                pair("Hole_To", to)?;
                 let (source, direction) = light(scene);
                 let mut triple = |name: &str, v: DVec3| writeln!(out, "#declare {name} = <{}, {}, {}>;", v.x, v.y, v.z);
                 triple("Light_Direction", direction)?;
                 triple("Light_Source", source.unwrap_or_default())?;
                 writeln!(out, "#declare At_Source = {};", i32::from(source.is_some()))?;
                 writeln!(out, "#declare Light = {exposure};")?;
-                writeln!(out, "#declare First_Spacing = {};", block.size_mm().max_element() / PHOTONS_ACROSS)?;
+                writeln!(out, "#declare First_Spacing = {};", spacing(block.size_mm(), job.pixels))?;
             }
         }
         writeln!(out)?;

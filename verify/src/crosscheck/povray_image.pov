@@ -40,15 +40,15 @@ object {
   photons { target refraction on reflection off collect off }
 }
 
-// A black plate with a hole of the block's outline, close to the entry face and thin: no light passes beside the block or comes
-// by its walls, however oblique it is.
+// A black plate with a hole, close to the entry face and thin: however oblique it is, no light passes beside the block, comes by its
+// walls, or meets them from inside.
 #macro Bar(From, To) box { From, To pigment { rgb 0 } finish { ambient 0 diffuse 0 } photons { pass_through off collect off } } #end
 #declare Z0 = Entry_Z - 0.02;
 #declare Z1 = Entry_Z - 0.01;
-Bar(<-Reach, -Reach, Z0>, <Block_From.x, Reach, Z1>)
-Bar(<Block_To.x, -Reach, Z0>, <Reach, Reach, Z1>)
-Bar(<Block_From.x, -Reach, Z0>, <Block_To.x, Block_From.y, Z1>)
-Bar(<Block_From.x, Block_To.y, Z0>, <Block_To.x, Reach, Z1>)
+Bar(<-Reach, -Reach, Z0>, <Hole_From.x, Reach, Z1>)
+Bar(<Hole_To.x, -Reach, Z0>, <Reach, Reach, Z1>)
+Bar(<Hole_From.x, -Reach, Z0>, <Hole_To.x, Hole_From.y, Z1>)
+Bar(<Hole_From.x, Hole_To.y, Z0>, <Hole_To.x, Reach, Z1>)
 
 plane {
   -z, -Distance

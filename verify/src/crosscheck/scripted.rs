@@ -4,7 +4,7 @@ use super::{
     Renderer, Study,
     job::{Code, CrosscheckError, Job, Run},
     shaded::ShadedMesh,
-    view::{View, light, receiver},
+    view::{View, hole, light, receiver},
 };
 use crate::scene::Optics;
 use glam::{DVec2, DVec3, Vec3};
@@ -143,6 +143,9 @@ impl Script {
                 Code::Irradiance { .. } => {
                     pair("WINDOW_FROM", corners[0])?;
                     pair("WINDOW_TO", corners[1])?;
+                    let [from, to] = hole(block, scene);
+                    pair("HOLE_FROM", from)?;
+                    pair("HOLE_TO", to)?;
                     let (source, direction) = light(scene);
                     let mut triple = |name: &str, v: DVec3| writeln!(out, "{name} = ({}, {}, {})", v.x, v.y, v.z);
                     triple("LIGHT_DIRECTION", direction)?;

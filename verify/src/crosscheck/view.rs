@@ -71,6 +71,23 @@ pub(super) fn light(scene: &Scene) -> (Option<DVec3>, DVec3) {
     }
 }
 
+/// The part of the entry face (least and greatest corner, mm) by which light of image mode comes: all of it but a strip along the walls that
+/// oblique light would meet from inside. Renderers would follow what a wall reflects; to the verifier it ends there.
+pub(super) fn hole(block: &Block, scene: &Scene) -> [DVec2; 2] {
+    let (source, along) = light(scene);
+    let high = block.height_range_mm().1 - block.entry_z;
+    let aside = |at: DVec2| {
+        let air = source.map_or(along, |source| (at.extend(block.entry_z) - source).normalize());
+        let inside = air.truncate() / scene.ior();
+        inside * (high / (1.0 - inside.length_squared()).sqrt())
+    };
+    let (lower, upper) = (block.lower, block.upper);
+    let middle = source.map_or(0.5 * (lower + upper), |source| source.truncate().clamp(lower, upper));
+    let from = DVec2::new(-aside(DVec2::new(lower.x, middle.y)).x, -aside(DVec2::new(middle.x, lower.y)).y);
+    let to = DVec2::new(aside(DVec2::new(upper.x, middle.y)).x, aside(DVec2::new(middle.x, upper.y)).y);
+    [lower + from.max(DVec2::ZERO), upper - to.max(DVec2::ZERO)]
+}
+
 /// The receiver's axes in the bench's frame, as columns.
 pub(super) fn receiver(scene: &Scene) -> DMat3 {
     Scene::rotation(scene.receiver_turned).unwrap_or(DMat3::IDENTITY)

@@ -1,9 +1,6 @@
 //! Solids for tests, made here because the verifier must not depend on what makes blocks.
 #![allow(dead_code, reason = "every test binary uses its own part")]
 
-#[path = "../../../tests/common/measured.rs"]
-pub(crate) mod measured;
-
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{Block, Mesh, Optics, Scene, Surface, Tracer, Window};
 
