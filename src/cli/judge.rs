@@ -111,7 +111,7 @@ const BEAMS_PER_PIXEL: usize = 4;
 
 /// Windows that are this many times as high as wide have as many pixels as asked for across; of narrower ones, fewer, so that there are no
 /// more in all.
-const MOST_UPRIGHT: f64 = 4.0;
+const MOST_UPRIGHT: f64 = 2.0;
 
 /// Beams across a solid that is no block, and across a block that is no rectangle, at least.
 const LEAST_BEAMS: usize = 1024;
