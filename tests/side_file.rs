@@ -12,7 +12,7 @@ use std::{
 use toml::Table;
 
 /// Commands that together write every key.
-const COMMANDS: [&str; 9] = [
+const COMMANDS: [&str; 10] = [
     "design chiral.png -o a.stl --height-map a.exr --tilt 10deg --receiver-tilt 10deg,90deg --shift 5mm,0mm --window 65mm --rim 8mm,-4mm --mark 4mm --origin corner --material pmma --wavelength 532nm --step-tolerance 0.5 --min-thickness 4mm --skirt 3mm",
     "design chiral.png -o b.stl --source-distance 200mm --emission lamp.ies",
     "design chiral.png -o c.stl --source-distance 200mm --emission gaussian:20deg --source-size 1mm --roughness 0.02deg --psf speck.png,0.2mm --deconvolution window --deconvolution-rounds 2",
@@ -21,6 +21,7 @@ const COMMANDS: [&str; 9] = [
     "design chiral.png -o f.stl --finish polish=0.05mm --min-radius 0.5mm --quality draft",
     "design chiral.png -o g.stl --solver warping --caustic-mesh mesh.obj",
     "design chiral.png -o h.stl",
+    "design layers.exr -o i.stl --layer ViewLayer.DiffCol --background white --crop 10%,10%,80%,80% --rotate 90deg --flip horizontal --levels 0.1,0.9,1.1 --invert",
     "mill h.stl --cutter ball:3mm --step-over 0.3mm --polish 0.3mm -o milled.stl",
 ];
 
@@ -68,6 +69,8 @@ fn every_key_is_on_the_page_and_every_key_of_the_page_is_written() {
     GrayImage::from_fn(9, 9, |x, y| Luma([if x.abs_diff(4) + y.abs_diff(4) < 3 { 200 } else { 0 }]))
         .save(workshop.path("speck.png"))
         .unwrap();
+    let layers = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/pictures/two_layers_chosen.exr");
+    fs::copy(layers, workshop.path("layers.exr")).unwrap();
     let mut mesh = String::new();
     for k in 0..36 {
         mesh += &format!("v {} {} 0\n", f64::from(k % 6 * 12 - 30), f64::from(k / 6 * 8 - 20));

@@ -51,16 +51,17 @@ fn a_tracer_written_from_the_page_sees_what_the_verifier_sees() {
     GrayImage::from_fn(32, 24, |x, y| Luma([(128.0 + 2.6 * f64::from(x) + 1.8 * f64::from(y)) as u8]))
         .save(workshop.path("beam.png"))
         .unwrap();
-    for (flags, of_picture, of_image) in BENCHES {
-        let design = "design chiral.png -o block.stl --size 60mm --distance 150mm --nodes 129 --no-verify --no-report";
-        let made = workshop.run(&format!("{design} {flags}"));
+    for (k, (flags, of_picture, of_image)) in BENCHES.into_iter().enumerate() {
+        let [block, light] = [format!("{k}.stl"), format!("{k}.exr")];
+        let design = "--size 60mm --distance 150mm --nodes 129 --no-verify --no-report";
+        let made = workshop.run(&format!("design chiral.png -o {block} {design} {flags}"));
         assert_eq!(made.code, FINE, "{flags}: {}", made.err);
-        let seen = workshop.run("verify block.stl -o light.exr --photons 100000 --replicates 4 --json");
+        let seen = workshop.run(&format!("verify {block} -o {light} --photons 100000 --replicates 4 --json"));
         assert_eq!(seen.code, FINE, "{flags}: {}", seen.err);
         let seen: serde_json::Value = serde_json::from_str(&seen.out).unwrap();
         let verifier = seen["result"]["judgement"]["picture"]["rel_rms"].as_f64().unwrap();
         let mut python = common::python(&MODULES, RUN).unwrap();
-        python.current_dir(workshop.root()).arg(&script).args(["block.stl", "--image", "light.exr"]);
+        python.current_dir(workshop.root()).arg(&script).args([block.as_str(), "--image", light.as_str()]);
         let said = common::output(&mut python);
         let figures: Vec<f64> = said.lines().map(|line| line.rsplit(' ').next().unwrap().parse().unwrap()).collect();
         assert!((figures[0] - verifier).abs() < 0.003, "{flags}: {figures:?}, verifier {verifier}");

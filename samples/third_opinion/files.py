@@ -18,10 +18,11 @@ def stl(path):
 
 
 def picture(path, transfer):
-    """A PNG as light, 0 to 1: luminance of linear Rec. 709, light behind transparent parts black."""
-    pixels = png(path)
+    """A PNG as light, 0 to 1: luminance of linear Rec. 709, light behind transparent parts black. Without a transfer it must be a plain
+    picture for screens."""
+    pixels = png(path, [b"eXIf"] if transfer else [b"eXIf", b"iCCP", b"gAMA", b"cICP"])
     colours, alpha = (pixels[..., :-1], pixels[..., -1]) if pixels.shape[-1] in (2, 4) else (pixels, 1.0)
-    if transfer == "srgb":
+    if transfer in (None, "srgb"):
         colours = np.where(colours <= 0.04045, colours / 12.92, ((colours + 0.055) / 1.055) ** 2.4)
     elif transfer != "linear":
         raise SystemExit(f"the transfer '{transfer}' is not one of docs/side-file.md")
@@ -29,8 +30,8 @@ def picture(path, transfer):
     return (colours @ weights) * alpha
 
 
-def png(path):
-    """Pixels of a PNG of 8 or 16 bits without a palette, 0 to 1: rows x columns x channels."""
+def png(path, refused):
+    """Pixels of a PNG of 8 or 16 bits without a palette and these chunks, 0 to 1: rows x columns x channels."""
     data = path.read_bytes()
     if data[:8] != b"\x89PNG\r\n\x1a\n":
         raise SystemExit(f"{path}: no PNG, the only kind of picture that is read here")
@@ -43,7 +44,7 @@ def png(path):
             header = struct.unpack(">IIBBBBB", body)
         elif kind == b"IDAT":
             packed += body
-        elif kind in (b"iCCP", b"gAMA", b"cICP", b"eXIf"):
+        elif kind in refused:
             raise SystemExit(f"{path}: the chunk {kind.decode()} is not followed here")
     columns, rows, depth, colour, _, _, interlaced = header
     channels = {0: 1, 2: 3, 4: 2, 6: 4}.get(colour)

@@ -383,7 +383,7 @@ def cut_at(segments, axis, line):
 def wanted(side, folder):
     """The picture as light, framed, with its constant; mean 1."""
     design = side["design"]
-    light = files.picture(folder / design["picture"], design["transfer"])
+    light = files.picture(folder / design["picture"], design.get("transfer"))
     kind, _, soft = design.get("vignette", "none").partition(":")
     rows, columns = light.shape
     if kind == "circle":
@@ -409,9 +409,10 @@ def main():
     asked = parser.parse_args()
     path = asked.block.with_suffix(".toml")
     side = tomllib.loads(path.read_text(encoding="utf-8"))
-    for name in ("source-size", "roughness", "psf"):
+    spread_light, edits = ("source-size", "roughness", "psf"), ("background", "layer", "crop", "rotate", "flip", "levels", "invert")
+    for name in (*spread_light, *edits):
         if name in side["design"]:
-            raise SystemExit(f"{path}: {name} spreads the light, which is not followed here")
+            raise SystemExit(f"{path}: {name} is not followed here")
     target = wanted(side, path.parent)
     rows, columns = target.shape
     image = image_of(Block(asked.block, side), Light(side, path.parent), (columns, rows), asked.rays)
