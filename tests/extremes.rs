@@ -11,9 +11,9 @@ use std::{
 };
 use workshop::{FINE, Workshop};
 
-/// What is tried in the place of every number. Bare numbers are millimetres, degrees, nanometres.
-const NUMBERS: [&str; 12] =
-    ["nan", "inf", "-inf", "-1", "-0", "0", "1e-300", "1e300", "-1e300", "8192", "4294967296", "18446744073709551616"];
+/// What is tried in the place of every number; numbers that ask for much work, and may have it, are not among them. Bare numbers are millimetres, degrees, nanometres.
+const NUMBERS: [&str; 11] =
+    ["nan", "inf", "-inf", "-1", "-0", "0", "1e-300", "1e300", "-1e300", "4294967296", "18446744073709551616"];
 
 /// Longest that a run may take: hundreds of times what the slowest takes alone.
 const LONGEST: Duration = Duration::from_secs(120);

@@ -249,7 +249,7 @@ fn a_design_that_would_not_fit_into_memory_is_refused_with_a_remedy() {
     };
     let (code, text) = said("design picture.png --nodes 257 -o b.stl");
     assert_eq!(code, Some(REFUSED), "{text}");
-    for words in ["54 MB are free", "--nodes 1", "--no-verify", "--ignore-memory"] {
+    for words in ["54 MB are free", "--nodes 21", "--no-verify", "--ignore-memory"] {
         assert!(text.contains(words), "'{words}' is not in\n{text}");
     }
     assert!(!shop.files().contains(&"b.stl".to_owned()));

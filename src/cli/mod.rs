@@ -59,9 +59,8 @@ Example:
   glasswarp verify portrait.stl --target portrait.png";
 
 const CLOSING: &str = "\
-Lengths take mm, cm, m or in; a bare number is mm.
-Exit codes: 0 fine, 1 file or internal error, 2 refused: senseless or against physics,
-3 a check or verification fell short, 4 the mesh is no closed solid.";
+Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,
+2 refused: senseless or against physics, 3 a check or verification fell short, 4 no closed solid.";
 
 const TEMPLATE: &str = "\
 {before-help}{about}
@@ -85,7 +84,7 @@ struct Cli {
     #[arg(long, global = true, display_order = 990)]
     json: bool,
 
-    /// Replace files that glasswarp did not write, or that were changed since; never those that the command reads
+    /// Replace files that glasswarp did not write, or that were changed since
     #[arg(long, global = true, display_order = 992)]
     force: bool,
 
