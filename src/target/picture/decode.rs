@@ -304,6 +304,12 @@ fn open_common(bytes: &[u8], format: ImageFormat, kind: Kind, allowed: u64) -> R
     };
     let stride = usize::from(colour.channel_count());
     let width = colour.bytes_per_pixel() / colour.channel_count();
+    // What is told of the picture is no longer than the file, whatever its head claims.
+    let mut told = limits.clone();
+    told.max_alloc = Some(bytes.len() as u64);
+    if format == ImageFormat::WebP {
+        decoder.set_limits(told).map_err(failed)?;
+    }
     let profile = decoder.icc_profile().ok().flatten();
     let says = profile.map_or(if width == 4 { Says::Float } else { Says::Nothing }, Says::Profile);
     let orientation = orientation_of(decoder.exif_metadata().ok().flatten().as_deref());

@@ -218,7 +218,23 @@ impl Survey {
 
 /// The numbers in a text, without their signs.
 fn numbers_of(text: &str) -> impl Iterator<Item = f64> {
-    text.split(|c: char| !(c.is_ascii_digit() || c == '.')).filter_map(|part| part.parse::<f64>().ok())
+    let mut rest = text;
+    std::iter::from_fn(move || {
+        rest = &rest[rest.find(|c: char| c.is_ascii_digit() || c == '.')?..];
+        let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        let mut end = digits(rest);
+        if rest[end..].starts_with('.') {
+            end += 1 + digits(&rest[end + 1..]);
+        }
+        if let Some(power) = rest[end..].strip_prefix(['e', 'E']) {
+            let sign = usize::from(power.starts_with(['+', '-']));
+            let length = digits(&power[sign..]);
+            end += if length > 0 { 1 + sign + length } else { 0 };
+        }
+        let (number, behind) = rest.split_at(end);
+        rest = behind;
+        Some(number.parse().unwrap_or(0.0))
+    })
 }
 
 /// Refuses numbers that would take a filter too long.
@@ -329,5 +345,16 @@ impl<'a, 'input> Costs<'a, 'input> {
         cost.sheets += own_sheets;
         self.known.insert(node, Some(cost));
         Ok(cost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_found_however_they_are_written() {
+        let found: Vec<f64> = numbers_of("M1e-3.5L-2,30E+1 4.e z 1ee").collect();
+        assert_eq!(found, [1e-3, 0.5, 2.0, 300.0, 4.0, 1.0]);
     }
 }
