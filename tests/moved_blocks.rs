@@ -180,7 +180,7 @@ fn all_commands_find_a_moved_block() {
         assert!(found.err.contains("does not stand where its side file has it"), "{line}: {}", found.err);
         assert_eq!(found.code, plain.code, "{line}: {}{}", found.err, plain.err);
         // In single precision the moved block is a rounding off.
-        let first = |out: &str| out.lines().nth(1).unwrap_or_default().chars().take(20).collect::<String>();
+        let first = |out: &str| out.lines().nth(1).unwrap_or_default().chars().take(10).collect::<String>();
         assert_eq!(first(&found.out), first(&plain.out), "{line}");
     }
 }
