@@ -1,10 +1,13 @@
 //! The designer and the verifier each read pictures by code of their own. Both are given the same files, of any size and kind, and the
-//! same frames; what they make of them must be the same light.
+//! same edits and frames; what they make of them must be the same light.
 
 #[path = "common/chart.rs"]
 mod chart;
 
-use glasswarp::target::{Framing, Picture, TargetIrradiance, Transfer, Vignette, to_picture_order};
+use glasswarp::target::{
+    Background, Crop, Edits, Flip, Framing, Levels, Measure, PictureOptions, Rotation, TargetIrradiance, Transfer,
+    Vignette, to_picture_order,
+};
 use glasswarp_verify::{
     Image, metrics,
     reference::{self, Frame, Options, Reference},
@@ -51,9 +54,34 @@ struct Sample {
     channels: usize,
     seed: u64,
     transfer: Option<Transfer>,
+    background: Option<[u8; 3]>,
+    edits: Edits,
     margin: f64,
     vignette: Option<f64>,
     offset: f64,
+}
+
+fn edits() -> impl Strategy<Value = Edits> {
+    let measure = |least: f64, most: f64| (least..most, any::<bool>());
+    // Shares, or pixels of a side of at least eight.
+    let measured = |(share, in_pixels): (f64, bool)| match in_pixels {
+        true => Measure::Pixels((8.0 * share) as usize),
+        false => Measure::Percent(100.0 * share),
+    };
+    let crop = (measure(0.0, 0.4), measure(0.0, 0.4), measure(0.5, 0.6), measure(0.5, 0.6));
+    let crop = crop.prop_map(move |(x, y, width, height)| Crop {
+        x: measured(x),
+        y: measured(y),
+        width: measured(width),
+        height: measured(height),
+    });
+    let rotate = prop_oneof![Just(Rotation::Right), Just(Rotation::Half), Just(Rotation::Left)];
+    let flip = prop_oneof![Just(Flip::Horizontal), Just(Flip::Vertical)];
+    let levels = (0.0..0.4, 0.6..=1.0, 0.3..3.0);
+    let levels = levels.prop_map(|(black, white, gamma)| Levels::new(black, white, gamma).unwrap());
+    use proptest::option::of;
+    (of(crop), of(rotate), of(flip), of(levels), any::<bool>())
+        .prop_map(|(crop, rotate, flip, levels, invert)| Edits { crop, rotate, flip, levels, invert })
 }
 
 fn samples() -> impl Strategy<Value = Sample> {
@@ -79,14 +107,17 @@ fn samples() -> impl Strategy<Value = Sample> {
     ];
     let transfer = prop_oneof![2 => Just(None), 1 => Just(Some(Transfer::Srgb)), 1 => Just(Some(Transfer::Linear))];
     let frame = (prop_oneof![Just(0.0), 0.0..0.45], proptest::option::of(0.0..1.0));
-    ((kind, dress, (8..48_usize, 8..48_usize), 1..=4_usize), any::<u64>(), transfer, frame, 0.0..1.0).prop_map(
-        |((kind, dress, size, channels), seed, transfer, (margin, vignette), offset)| Sample {
+    let edits = (proptest::option::of(any::<[u8; 3]>()), prop_oneof![Just(Edits::default()), edits()]);
+    ((kind, dress, (8..48_usize, 8..48_usize), 1..=4_usize), any::<u64>(), transfer, edits, frame, 0.0..1.0).prop_map(
+        |((kind, dress, size, channels), seed, transfer, (background, edits), (margin, vignette), offset)| Sample {
             kind,
             dress,
             size,
             channels,
             seed,
             transfer,
+            background,
+            edits,
             margin,
             vignette,
             offset,
@@ -216,24 +247,20 @@ impl Sample {
         }
     }
 
-    /// What the designer's reader understands of files.
-    fn is_read_by_both(&self) -> bool {
-        let is_png = matches!(self.kind, Kind::Png8 | Kind::Png16 | Kind::PngBits(_) | Kind::PngPalette);
-        let is_tiff = matches!(self.kind, Kind::Tiff8 | Kind::Tiff16 | Kind::TiffFloat);
-        match self.dress {
-            _ if self.kind == Kind::TiffFloat => false,
-            Dress::Plain => true,
-            Dress::Orientation(_) => !is_png && !is_tiff,
-            Dress::Gamma(_) | Dress::Primaries => !is_png || self.transfer.is_some(),
-        }
-    }
-
     /// The designer's reading.
     fn by_the_designer(&self, file: &[u8]) -> Result<Image, String> {
-        let picture = Picture::read(Cursor::new(file), self.transfer, MEMORY).map_err(|error| error.to_string())?;
+        let options = PictureOptions {
+            transfer: self.transfer,
+            background: self.background.map(Background::of),
+            edits: self.edits,
+            memory: MEMORY,
+            ..PictureOptions::default()
+        };
+        let (picture, understood) = options.read(Cursor::new(file)).map_err(|error| error.to_string())?;
         let vignette = self.vignette.map_or(Vignette::None, |soft| Vignette::Circle { soft });
         let framing = Framing::new(self.margin, vignette).map_err(|error| error.to_string())?;
         let framed = framing.apply(&picture).map_err(|error| error.to_string())?;
+        understood.contrast(&framed).map_err(|error| error.to_string())?;
         let light = TargetIrradiance::from_picture(&framed, self.offset).map_err(|error| error.to_string())?;
         let cells = to_picture_order(light.cells());
         Ok(Image::new(cells.nx(), cells.ny(), cells.into_vec()))
@@ -246,6 +273,29 @@ impl Sample {
                 Transfer::Srgb => reference::Transfer::Srgb,
                 Transfer::Linear => reference::Transfer::Linear,
             }),
+            background: self.background,
+            crop: self.edits.crop.map(|crop| {
+                let [x, y, width, height] = [crop.x, crop.y, crop.width, crop.height].map(|measure| match measure {
+                    Measure::Pixels(pixels) => reference::Measure::Pixels(pixels as f64),
+                    Measure::Percent(percent) => reference::Measure::Share(percent / 100.0),
+                });
+                reference::Crop { x, y, width, height }
+            }),
+            turn: self.edits.rotate.map(|rotation| match rotation {
+                Rotation::Right => reference::Turn::Quarter,
+                Rotation::Half => reference::Turn::Half,
+                Rotation::Left => reference::Turn::ThreeQuarters,
+            }),
+            flip: self.edits.flip.map(|flip| match flip {
+                Flip::Horizontal => reference::Flip::Horizontal,
+                Flip::Vertical => reference::Flip::Vertical,
+            }),
+            levels: self.edits.levels.map(|levels| reference::Levels {
+                black: levels.black(),
+                white: levels.white(),
+                gamma: levels.gamma(),
+            }),
+            invert: self.edits.invert,
             frame: Frame { margin: self.margin, vignette: self.vignette },
             offset: self.offset,
             ..Options::default()
@@ -259,7 +309,6 @@ proptest! {
 
     #[test]
     fn both_readers_see_the_same_light(sample in samples()) {
-        prop_assume!(sample.is_read_by_both());
         let file = sample.file();
         let (theirs, own) = (sample.by_the_designer(&file), sample.by_the_verifier(&file));
         let (theirs, own) = match (theirs, own) {
