@@ -145,7 +145,7 @@ impl Preview<'_> {
             budget: Vec::new(),
             summary: None,
             drawing: None,
-            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words()?, high)],
+            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words(solid.entry_z_mm())?, high)],
             files: Vec::new(),
             command: command(),
             program: program(),
