@@ -263,7 +263,7 @@ fn print_summary(
     if solid.shape().origin != Origin::Exit {
         say!("  origin         {}", solid.shape().origin.place());
     }
-    say!("  light          {}", plan.light_in_words()?);
+    say!("  light          {}", plan.light_in_words(solid.entry_z_mm())?);
     say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
     plan.intent.print();
     let stopped = levels_at_limit(block);

@@ -13,8 +13,8 @@ pub(crate) struct Followed {
     pub(crate) growth: DVec2,
 }
 
-/// Parts of the face's size, from its middle, where the light of a flat face is followed: within any outline.
-const PLACES: [(f64, f64); 4] = [(-0.35, -0.35), (0.35, -0.35), (-0.35, 0.35), (0.35, 0.35)];
+/// Parts of the face's size, from its middle, where the light of a flat face is followed: well within any outline.
+const PLACES: [(f64, f64); 4] = [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)];
 
 /// Puts the window of a bench, on which its block (`from`) stands, where and as large as the light of a flat block carries it on a
 /// changed one: where a picture is and how large it is says whoever hangs it, and no change of that spoils it.

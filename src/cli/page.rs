@@ -496,7 +496,7 @@ impl DesignPage<'_> {
         let mut facts = vec![
             Facts { title: "Block".into(), rows },
             Facts { title: "Frame of the files".into(), rows: frame },
-            bench_facts(bench, plan.light_in_words()?, high),
+            bench_facts(bench, plan.light_in_words(solid.entry_z_mm())?, high),
             Facts { title: "Picture".into(), rows: picture },
         ];
         if let Some(opinion) = self.opinion {

@@ -119,9 +119,8 @@ impl Plan {
         scene_of(&BenchRecord::of(&self.bench), &self.settings)
     }
 
-    /// The light of the bench in words.
-    pub(crate) fn light_in_words(&self) -> Result<String, Failure> {
-        let entry_z_mm = if let Light::Point { thickness_mm, .. } = self.bench.light() { -thickness_mm } else { 0.0 };
+    /// The light of the bench in words. `entry_z_mm` is the entry face of the block that was made.
+    pub(crate) fn light_in_words(&self, entry_z_mm: f64) -> Result<String, Failure> {
         Ok(light_in_words(&self.scene()?, entry_z_mm))
     }
 

@@ -149,7 +149,7 @@ impl Preview<'_> {
             drawing: None,
             facts: vec![
                 Facts { title: "Draft".into(), rows },
-                bench_facts(bench, plan.light_in_words()?, high),
+                bench_facts(bench, plan.light_in_words(solid.entry_z_mm())?, high),
                 picture,
             ],
             files: Vec::new(),
