@@ -11,7 +11,8 @@ use std::{
 };
 use workshop::{FINE, Workshop};
 
-/// What is tried in the place of every number; numbers that ask for much work, and may have it, are not among them. Bare numbers are millimetres, degrees, nanometres.
+/// What is tried in the place of every number; those that ask for much work, and may have it, are not among them. Bare numbers are
+/// millimetres, degrees, nanometres.
 const NUMBERS: [&str; 11] =
     ["nan", "inf", "-inf", "-1", "-0", "0", "1e-300", "1e300", "-1e300", "4294967296", "18446744073709551616"];
 
