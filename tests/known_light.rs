@@ -6,7 +6,7 @@ mod chart;
 mod common;
 
 use chart::{Case, NX, NY, WEDGE, cases, light};
-use common::workshop::{FINE, SHORT, Workshop};
+use common::workshop::{FILE, FINE, REFUSED, SHORT, Workshop};
 use std::fs;
 
 const OFFSET: f64 = 0.1;
@@ -61,17 +61,19 @@ fn worst_part(found: &[f64]) -> (f64, String) {
     worst
 }
 
-/// Measured: 0.030 at most (PNG of 16 bits, 129 nodes), a tenth more.
-const WITHIN: f64 = 0.033;
+/// Measured: 0.0140 (the fourth step of the wedge, 97 nodes); half a step of 8 bits is up to 0.0046 more; and a tenth.
+const WITHIN: f64 = 0.020;
 
-/// Designs and verifies a file; `None` if the two readers of pictures disagree about it.
+/// Designs and verifies a file; `None` if a reader refuses it by name, or the two of them disagree about it.
 fn through_the_command(case: &Case) -> Option<(f64, String)> {
     let workshop = Workshop::new();
     let picture = format!("chart.{}", case.extension);
     fs::write(workshop.path(&picture), &case.bytes).unwrap();
     let design = format!("design {picture} -o block.stl --nodes 97 --quality draft --no-report --offset {OFFSET}");
     let made = workshop.run(&design);
-    if made.code == SHORT && made.err.contains("THE TWO READERS DISAGREE") {
+    let disagree = made.code == SHORT && made.err.contains("THE TWO READERS DISAGREE");
+    if disagree || matches!(made.code, FILE | REFUSED) {
+        eprintln!("{}: {}", case.name, made.err.trim());
         return None;
     }
     assert_eq!(made.code, FINE, "{}: {}", case.name, made.err);
@@ -87,7 +89,7 @@ fn what_arrives_on_the_wall_is_the_chart_from_every_kind_of_file() {
     for case in &all {
         match through_the_command(case) {
             // Never a wrong picture without a word.
-            None => eprintln!("{}: the readers disagree", case.name),
+            None => {}
             Some((off, part)) => {
                 read += 1;
                 eprintln!("{}: {part}", case.name);
