@@ -80,8 +80,13 @@ fn edits() -> impl Strategy<Value = Edits> {
     let levels = (0.0..0.4, 0.6..=1.0, 0.3..3.0);
     let levels = levels.prop_map(|(black, white, gamma)| Levels::new(black, white, gamma).unwrap());
     use proptest::option::of;
-    (of(crop), of(rotate), of(flip), of(levels), any::<bool>())
-        .prop_map(|(crop, rotate, flip, levels, invert)| Edits { crop, rotate, flip, levels, invert })
+    (of(crop), of(rotate), of(flip), of(levels), any::<bool>()).prop_map(|(crop, rotate, flip, levels, invert)| Edits {
+        crop,
+        rotate,
+        flip,
+        levels,
+        invert,
+    })
 }
 
 fn samples() -> impl Strategy<Value = Sample> {
