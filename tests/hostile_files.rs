@@ -12,6 +12,7 @@ use exr::prelude::{
     LineOrder, Vec2, WritableImage,
 };
 use fuzz::{Read, Target, cases};
+use glam::DVec2;
 use glasswarp::{
     bench::ExitFace,
     export::{self, Design, HeightMap},
@@ -20,7 +21,6 @@ use glasswarp::{
     surface::HeightField,
     target::{Picture, PictureError, PictureOptions},
 };
-use glam::DVec2;
 use glasswarp_verify::{
     Block, BlockError, Mesh, PhotonPlan, PhotonTally, Placed, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},

@@ -136,7 +136,11 @@ fn judged(original: &Original, case: &Case) -> Result<String, String> {
         }
         (Outcome::Mirrored, Ok(placed)) => {
             let off = original.distance(&placed.block, true);
-            if off <= EXACT { Ok("the block in a mirror: its picture is diagnosed".into()) } else { Err(format!("off by {off:.1e} mm")) }
+            if off <= EXACT {
+                Ok("the block in a mirror: its picture is diagnosed".into())
+            } else {
+                Err(format!("off by {off:.1e} mm"))
+            }
         }
         (_, Ok(_)) => Err("taken".into()),
         (_, Err(said)) => Err(said),

@@ -366,7 +366,10 @@ fn light(subject: &Subject) -> Result<(bool, String), Failure> {
     let steepest = steepest.to_degrees();
     let Optics::Refracts { ior } = subject.scene.optics else {
         return Ok(match astray {
-            0 => (true, format!("all of it is reflected to the receiver's side, at up to {steepest:.2} degrees to the normal")),
+            0 => (
+                true,
+                format!("all of it is reflected to the receiver's side, at up to {steepest:.2} degrees to the normal"),
+            ),
             _ => (false, format!("{:.2} % of the face is in the shadow or throws light at itself", share(astray))),
         });
     };

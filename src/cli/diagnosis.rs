@@ -144,9 +144,10 @@ fn elsewhere(block: &Block, scene: &Scene, target: &Image) -> Result<Vec<String>
     }
     // To first order light is bent by (n - 1) times the slope: a factor of the distance is one of n - 1.
     let (or_index, or_the_index) = match scene.optics {
-        Optics::Refracts { ior } => {
-            (format!(", or with an index of about {:.3} instead of {ior}", 1.0 + (ior - 1.0) * factor), ", or the index")
-        }
+        Optics::Refracts { ior } => (
+            format!(", or with an index of about {:.3} instead of {ior}", 1.0 + (ior - 1.0) * factor),
+            ", or the index",
+        ),
         Optics::Reflects => (String::new(), ""),
     };
     Ok(vec![format!(

@@ -21,7 +21,10 @@ const PLACES: [(f64, f64); 4] = [(-0.35, -0.35), (0.35, -0.35), (-0.35, 0.35), (
 ///
 /// # Errors
 /// A bench that cannot be, or on which no such light arrives.
-pub(crate) fn followed((before, from): (&Block, &Scene), (after, mut to): (&Block, Scene)) -> Result<Followed, Failure> {
+pub(crate) fn followed(
+    (before, from): (&Block, &Scene),
+    (after, mut to): (&Block, Scene),
+) -> Result<Followed, Failure> {
     let (before, after) = (footprint(before, from)?, footprint(after, &to)?);
     let (moved_mm, growth) = (after.middle_mm - before.middle_mm, after.size_mm / before.size_mm);
     to.window.centre_mm = after.middle_mm + growth * (from.window.centre_mm - before.middle_mm);
@@ -151,11 +154,8 @@ mod tests {
         assert!((aside.moved_mm - DVec2::new(7.5, 0.0)).length() < 1e-9 && (aside.growth - 1.0).length() < 1e-12);
         assert!((aside.scene.window.centre_mm - DVec2::new(10.5, -2.0)).length() < 1e-9);
         // A point source, whose rays seem to come from 90 + 10 / 1.5 mm before the face to first order.
-        let light = Light::Point {
-            position_mm: DVec3::new(0.0, 0.0, -100.0),
-            emission: Emission::Isotropic,
-            axis: None,
-        };
+        let light =
+            Light::Point { position_mm: DVec3::new(0.0, 0.0, -100.0), emission: Emission::Isotropic, axis: None };
         let larger = further(&Scene { light, ..straight });
         let wanted = 1.0 + 10.0 / (200.0 + 90.0 + 10.0 / 1.5);
         assert!((larger.growth - wanted).abs().max_element() < 1e-3, "{} {wanted}", larger.growth);

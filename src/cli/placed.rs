@@ -100,11 +100,7 @@ fn expected(path: &Path, side: Option<&SideFile>) -> (Option<Stand>, DVec3) {
 }
 
 /// The block of a file, where it belongs or as it stands; or what else the file holds, and why that is no block.
-fn find(
-    path: &Path,
-    side: Option<&SideFile>,
-    placing: Placing,
-) -> Result<Result<Placed, (Mesh, BlockError)>, Failure> {
+fn find(path: &Path, side: Option<&SideFile>, placing: Placing) -> Result<Result<Placed, (Mesh, BlockError)>, Failure> {
     let (stand, origin) = expected(path, side);
     let mesh = judge::read(path)?.moved(origin);
     if placing.as_placed {

@@ -147,7 +147,11 @@ impl Preview<'_> {
             budget: Vec::new(),
             summary: None,
             drawing: None,
-            facts: vec![Facts { title: "Draft".into(), rows }, bench_facts(bench, plan.light_in_words()?, high), picture],
+            facts: vec![
+                Facts { title: "Draft".into(), rows },
+                bench_facts(bench, plan.light_in_words()?, high),
+                picture,
+            ],
             files: Vec::new(),
             command: command(),
             program: program(),

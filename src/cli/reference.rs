@@ -13,9 +13,7 @@ use glasswarp::{
 };
 use glasswarp_verify::{
     Image, metrics,
-    reference::{
-        Crop, Flip, Frame, Levels, Measure, Options, Reference, Transfer, Turn, resampled,
-    },
+    reference::{Crop, Flip, Frame, Levels, Measure, Options, Reference, Transfer, Turn, resampled},
 };
 use std::path::Path;
 

@@ -153,9 +153,7 @@ pub(crate) fn run(
     }
     let built = match (as_built, range.quantity) {
         (None, _) => None,
-        (Some(path), Quantity::Distance | Quantity::Index) => {
-            Some(Workpiece::open(path, named, (None, None), pixels)?)
-        }
+        (Some(path), Quantity::Distance | Quantity::Index) => Some(Workpiece::open(path, named, (None, None), pixels)?),
         (Some(_), _) => {
             return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
         }

@@ -112,12 +112,15 @@ pub(crate) fn run(args: &ToleranceArgs, piece: &Workpiece) -> Result<(Vec<Captio
     let bench = Bench { piece, block: with_face(&piece.block, &piece.surface)?.with_spline(), scene: piece.scene() };
     let progress = TerminalProgress::new();
     let designed = bench.view(bench.traced(&bench.block, &bench.scene, BEAMS)?)?;
-    let designed = designed.ok_or_else(|| Failure::Usage("none of the light of this block falls into its window".into()))?;
+    let designed =
+        designed.ok_or_else(|| Failure::Usage("none of the light of this block falls into its window".into()))?;
     let (changes, mut left_out) = bench.changes(args)?;
     let lights = match imperfect(&piece.side.design) {
         None => args.light.as_slice(),
         Some(what) => {
-            left_out.push(format!("the size of the light: the block is designed for {what}, in which `verify` looks at it"));
+            left_out.push(format!(
+                "the size of the light: the block is designed for {what}, in which `verify` looks at it"
+            ));
             &[]
         }
     };
@@ -313,7 +316,8 @@ impl Bench<'_> {
             change(format!("form error of {} um, {name}", args.form_error), Some(block), scene.clone());
         }
         if scene.optics == Optics::Reflects {
-            left_out.push("the index and the thickness of the stock, which light does not enter before a mirror".into());
+            left_out
+                .push("the index and the thickness of the stock, which light does not enter before a mirror".into());
             return Ok((changes, left_out));
         }
         let off = args.thickness_off.mm;

@@ -48,9 +48,12 @@ mod tests {
     #[test]
     fn known_cutters_leave_known_scallops() {
         // Radius, step-over, height in um, slope.
-        for (radius, step_over, height, slope) in
-            [(3.0, 0.25, 2.6, 0.0417), (3.0, 0.1, 0.417, 0.0167), (6.0, 0.05, 0.0521, 0.00417), (12.7, 0.05, 0.0246, 0.00197)]
-        {
+        for (radius, step_over, height, slope) in [
+            (3.0, 0.25, 2.6, 0.0417),
+            (3.0, 0.1, 0.417, 0.0167),
+            (6.0, 0.05, 0.0521, 0.00417),
+            (12.7, 0.05, 0.0246, 0.00197),
+        ] {
             let scallop = Scallop::of(Cutter::ball(radius).unwrap(), step_over).unwrap();
             assert!((1e3 * scallop.height_mm - height).abs() < 5e-3 * height, "{scallop:?}");
             assert!((scallop.slope - slope).abs() < 5e-3 * slope, "{scallop:?}");

@@ -128,10 +128,11 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
     let same = |kind: &str, from, bytes: Vec<u8>| case(kind, from, Gltf, bytes, Outcome::Block(EXACT));
     let refused = |kind: &str, from, bytes: Vec<u8>, words| case(kind, from, Gltf, bytes, Outcome::Refused(words));
     let plain = || scene(original, metres);
-    let (lo, hi) = mesh.vertices.iter().map(|&v| metres(v)).fold(
-        (DVec3::INFINITY, DVec3::NEG_INFINITY),
-        |(lo, hi), v| (lo.min(v), hi.max(v)),
-    );
+    let (lo, hi) = mesh
+        .vertices
+        .iter()
+        .map(|&v| metres(v))
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), v| (lo.min(v), hi.max(v)));
     let words = |place: &dyn Fn(DVec3) -> DVec3| -> Vec<u8> {
         let whole = |v: &DVec3| place(metres(*v)).to_array().map(|c| c.round() as i32 as u16);
         mesh.vertices.iter().flat_map(|v| [whole(v).to_vec(), vec![0]].concat()).flat_map(u16::to_le_bytes).collect()
@@ -190,15 +191,44 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
         scene.gltf(&format!("data:application/octet-stream;base64,{text}"))
     };
     let nodes = json!([{"children": [1], "scale": [0.001, 0.001, 0.001]}, {"children": [2], "rotation": [-0.707_106_77, 0, 0, 0.707_106_77]}, {"mesh": 0}]);
-    let requires = |name: &str| plain().with("extensionsUsed", json!([name])).with("extensionsRequired", json!([name])).glb();
+    let requires =
+        |name: &str| plain().with("extensionsUsed", json!([name])).with("extensionsRequired", json!([name])).glb();
     vec![
         same("as we write it", "glasswarp", original.exported("glb")),
         same("one mesh", "nearly all programs", plain().glb()),
-        same("nodes within nodes, z up and millimetres inside", "Blender, CAD converters", scene(original, |v| v).with("nodes", nodes).glb()),
-        same("a node with a matrix", "SketchUp", scene(original, |v| v).node(json!({"mesh": 0, "matrix": [0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1]})).glb()),
+        same(
+            "nodes within nodes, z up and millimetres inside",
+            "Blender, CAD converters",
+            scene(original, |v| v).with("nodes", nodes).glb(),
+        ),
+        same(
+            "a node with a matrix",
+            "SketchUp",
+            scene(original, |v| v)
+                .node(json!({"mesh": 0, "matrix": [0.001, 0, 0, 0, 0, 0, -0.001, 0, 0, 0.001, 0, 0, 0, 0, 0, 1]}))
+                .glb(),
+        ),
         same("a node that mirrors a mirrored mesh", "Maya, 3ds Max", mirrored),
-        case("quantised to 16 bits, normalised", "gltfpack, gltf-transform", Gltf, quantised(original, words(&|v| (v - lo) / (hi - lo) * 65_535.0), 5123, true, json!({"mesh": 0, "scale": (hi - lo).to_array(), "translation": lo.to_array()})), Outcome::Block(2e-4)),
-        case("quantised to 16 bits, signed", "gltfpack -noq of old", Gltf, quantised(original, words(&|v| v * 1e6), 5122, false, json!({"mesh": 0, "scale": [1e-6, 1e-6, 1e-6]})), Outcome::Block(6e-4)),
+        case(
+            "quantised to 16 bits, normalised",
+            "gltfpack, gltf-transform",
+            Gltf,
+            quantised(
+                original,
+                words(&|v| (v - lo) / (hi - lo) * 65_535.0),
+                5123,
+                true,
+                json!({"mesh": 0, "scale": (hi - lo).to_array(), "translation": lo.to_array()}),
+            ),
+            Outcome::Block(2e-4),
+        ),
+        case(
+            "quantised to 16 bits, signed",
+            "gltfpack -noq of old",
+            Gltf,
+            quantised(original, words(&|v| v * 1e6), 5122, false, json!({"mesh": 0, "scale": [1e-6, 1e-6, 1e-6]})),
+            Outcome::Block(6e-4),
+        ),
         same("sparse positions", "morphing tools", sparse),
         same("a strip of triangles", "NVIDIA's tools", of_mode(5, &strip(&mesh.triangles), &[])),
         same("a fan of triangles", "converters", of_mode(6, &[c, a, b], &mesh.triangles[1..])),
@@ -207,12 +237,26 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
         same("indices of 8 bits", "compact writers", small),
         same("JSON with its buffer inside", "Blender (embedded)", embedded),
         same("an extension of looks is required", "material editors", requires("KHR_materials_clearcoat")),
-        refused("JSON whose buffer is a file elsewhere", "downloads of one file of two", plain().gltf("../block.bin"), "not in the folder"),
+        refused(
+            "JSON whose buffer is a file elsewhere",
+            "downloads of one file of two",
+            plain().gltf("../block.bin"),
+            "not in the folder",
+        ),
         refused("compressed by Draco", "Blender, Google's encoder", requires("KHR_draco_mesh_compression"), "Draco"),
         refused("compressed by meshopt", "gltfpack -c", requires("EXT_meshopt_compression"), "meshopt"),
         refused("instances", "scene exporters", requires("EXT_mesh_gpu_instancing"), "EXT_mesh_gpu_instancing"),
         refused("lines only", "CAD sketches", of_mode(1, &[a, b], &[]), "no triangles"),
-        refused("cut off", "broken downloads", { let mut glb = plain().glb(); glb.truncate(glb.len() / 2); glb }, "glTF"),
+        refused(
+            "cut off",
+            "broken downloads",
+            {
+                let mut glb = plain().glb();
+                glb.truncate(glb.len() / 2);
+                glb
+            },
+            "glTF",
+        ),
     ]
 }
 

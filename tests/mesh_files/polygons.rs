@@ -154,7 +154,8 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
     let number = |v: u32| (v + 1).to_string();
     let plain = obj(mesh, &threes, "", &number);
     let same = |kind: &str, from, format, bytes: Vec<u8>| case(kind, from, format, bytes, Outcome::Block(EXACT));
-    let refused = |kind: &str, from, format, bytes: Vec<u8>, words| case(kind, from, format, bytes, Outcome::Refused(words));
+    let refused =
+        |kind: &str, from, format, bytes: Vec<u8>, words| case(kind, from, format, bytes, Outcome::Refused(words));
     let wide: Vec<u8> = std::iter::once(0xfeff).chain(plain.encode_utf16()).flat_map(u16::to_le_bytes).collect();
     let small = ["float", "uchar", "int"];
     let text = String::from_utf8(ply(mesh, &threes, Encoding::Text, small, false)).unwrap();
@@ -170,7 +171,12 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
     let whole = ply(mesh, &threes, Encoding::Little, small, false);
     vec![
         same("as we write it", "glasswarp", Obj, original.exported("obj")),
-        same("negative indices", "ZBrush, scripts", Obj, obj(mesh, &threes, "", &|v| (i64::from(v) - mesh.vertices.len() as i64).to_string()).into()),
+        same(
+            "negative indices",
+            "ZBrush, scripts",
+            Obj,
+            obj(mesh, &threes, "", &|v| (i64::from(v) - mesh.vertices.len() as i64).to_string()).into(),
+        ),
         same("quads, and the entry face as one polygon", "Blender, Rhino", Obj, obj(mesh, &mixed, "", &number).into()),
         same("vertices and faces in turns", "SketchUp, scripts", Obj, interleaved(mesh, false).into()),
         same("the same with negative indices", "scripts", Obj, interleaved(mesh, true).into()),
@@ -179,22 +185,56 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
         same("lines that go on", "Alias, Maya", Obj, plain.replace("f ", "f \\\n").into()),
         same("notes behind the numbers", "hand-made files", Obj, plain.replace("\nf", " # note\nf").into()),
         same("notes in Latin-1", "old programs", Obj, [b"# L\xe4nge\n", plain.as_bytes()].concat()),
-        same("textures, materials, groups", "3ds Max", Obj, format!("mtllib a.mtl\nvt 0 0\ng u\nusemtl m\ns 1\n{}", obj(mesh, &threes, "", &|v| format!("{}/1", v + 1))).into()),
+        same(
+            "textures, materials, groups",
+            "3ds Max",
+            Obj,
+            format!(
+                "mtllib a.mtl\nvt 0 0\ng u\nusemtl m\ns 1\n{}",
+                obj(mesh, &threes, "", &|v| format!("{}/1", v + 1))
+            )
+            .into(),
+        ),
         same("lines and points beside the faces", "Rhino", Obj, format!("{plain}l 1 2 3\np 4\n").into()),
         same("lines end with CR LF", "Windows", Obj, plain.replace('\n', "\r\n").into()),
         same("lines end with CR", "old Macintosh programs", Obj, plain.replace('\n', "\r").into()),
         same("a byte order mark", "editors under Windows", Obj, format!("\u{feff}{plain}").into()),
-        same("two objects that share vertices", "assemblies", Obj, plain.replacen("\nf 1 ", "\no second\nf 1 ", 1).into()),
+        same(
+            "two objects that share vertices",
+            "assemblies",
+            Obj,
+            plain.replacen("\nf 1 ", "\no second\nf 1 ", 1).into(),
+        ),
         refused("an index beyond the vertices", "cut files", Obj, format!("{plain}f 1 2 9999\n").into(), "OBJ"),
         refused("text in UTF-16", "PowerShell redirection", Obj, wide, "UTF-16"),
         same("text", "MeshLab, Blender", Ply, text.clone().into()),
         same("little endian", "MeshLab, Open3D", Ply, whole.clone()),
         same("big endian", "Stanford's scanners", Ply, ply(mesh, &threes, Encoding::Big, small, false)),
-        same("doubles", "CloudCompare, Open3D", Ply, ply(mesh, &threes, Encoding::Little, ["double", "uchar", "int"], false)),
+        same(
+            "doubles",
+            "CloudCompare, Open3D",
+            Ply,
+            ply(mesh, &threes, Encoding::Little, ["double", "uchar", "int"], false),
+        ),
         same("quads and a polygon", "Blender", Ply, ply(mesh, &mixed, Encoding::Big, small, false)),
-        same("numbers of corners as int", "trimesh, VCG", Ply, ply(mesh, &mixed, Encoding::Little, ["float", "int", "int"], false)),
-        same("numbers of corners and corners as ushort", "compact writers", Ply, ply(mesh, &mixed, Encoding::Little, ["float", "ushort", "ushort"], false)),
-        same("other properties and elements", "scanners, MeshLab", Ply, ply(mesh, &threes, Encoding::Little, small, true)),
+        same(
+            "numbers of corners as int",
+            "trimesh, VCG",
+            Ply,
+            ply(mesh, &mixed, Encoding::Little, ["float", "int", "int"], false),
+        ),
+        same(
+            "numbers of corners and corners as ushort",
+            "compact writers",
+            Ply,
+            ply(mesh, &mixed, Encoding::Little, ["float", "ushort", "ushort"], false),
+        ),
+        same(
+            "other properties and elements",
+            "scanners, MeshLab",
+            Ply,
+            ply(mesh, &threes, Encoding::Little, small, true),
+        ),
         same("the same as text", "scanners, MeshLab", Ply, ply(mesh, &mixed, Encoding::Text, small, true)),
         same("strips of triangles", "Stanford's archive", Ply, strips.into()),
         same("text, lines end with CR LF", "Windows", Ply, text.replace('\n', "\r\n").into()),
@@ -204,14 +244,38 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
             [header.as_bytes(), &whole[end..]].concat()
         }),
         refused("cut off", "broken downloads", Ply, whole[..whole.len() - 5].into(), "ends before its last element"),
-        refused("a cloud of points", "scanners", Ply, text[..text.find("\n3 ").unwrap()].replace(&format!("element face {}", threes.len()), "element face 0").into(), "no triangles"),
+        refused(
+            "a cloud of points",
+            "scanners",
+            Ply,
+            text[..text.find("\n3 ").unwrap()]
+                .replace(&format!("element face {}", threes.len()), "element face 0")
+                .into(),
+            "no triangles",
+        ),
         same("triangles", "CGAL, Geomview", Off, off(mesh, &threes, "OFF\n", "", "").into()),
         same("quads and a polygon", "CGAL", Off, off(mesh, &mixed, "OFF\n", "", "").into()),
-        same("counts beside the keyword", "ModelNet", Off, off(mesh, &threes, "OFF", "", "").replacen("OFF", "OFF ", 1).into()),
+        same(
+            "counts beside the keyword",
+            "ModelNet",
+            Off,
+            off(mesh, &threes, "OFF", "", "").replacen("OFF", "OFF ", 1).into(),
+        ),
         same("no keyword", "scripts", Off, off(mesh, &threes, "", "", "").into()),
-        same("colours of vertices and faces", "MeshLab, OpenSCAD", Off, off(mesh, &mixed, "COFF\n", " 200 10 10 255", " 255 255 0").into()),
+        same(
+            "colours of vertices and faces",
+            "MeshLab, OpenSCAD",
+            Off,
+            off(mesh, &mixed, "COFF\n", " 200 10 10 255", " 255 255 0").into(),
+        ),
         same("notes and empty lines", "hand-made files", Off, off(mesh, &threes, "OFF # mm\n\n", " # at", "").into()),
         refused("binary", "Geomview", Off, b"OFF BINARY\n\0\0\0\x04\0\0\0\x04\0\0\0\0".to_vec(), "binary"),
-        refused("of four dimensions", "Geomview", Off, off(mesh, &threes, "4OFF\n", " 1", "").into(), "other dimensions"),
+        refused(
+            "of four dimensions",
+            "Geomview",
+            Off,
+            off(mesh, &threes, "4OFF\n", " 1", "").into(),
+            "other dimensions",
+        ),
     ]
 }

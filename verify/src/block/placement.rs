@@ -75,12 +75,11 @@ impl Placed {
         if !report.is_sound() {
             return Err(Box::new((mesh, BlockError::Unsound(report))));
         }
-        let fits = |block: &Block| {
-            stand.is_none_or(|stand| ratio_off(block.size_mm(), stand.face_mm) < SIZE_TOLERANCE)
-        };
+        let fits = |block: &Block| stand.is_none_or(|stand| ratio_off(block.size_mm(), stand.face_mm) < SIZE_TOLERANCE);
         let block = match Block::of_sound(&mesh) {
             Ok(block) => {
-                let swapped = stand.is_some_and(|stand| ratio_off(block.size_mm().yx(), stand.face_mm) < SIZE_TOLERANCE);
+                let swapped =
+                    stand.is_some_and(|stand| ratio_off(block.size_mm().yx(), stand.face_mm) < SIZE_TOLERANCE);
                 if fits(&block) || !swapped || mesh.trimmed.is_some() {
                     Ok(block)
                 } else {
@@ -162,7 +161,8 @@ impl Placed {
         match Block::of_sound(&mesh) {
             Ok(block) => {
                 let before = placement.shift_mm;
-                let mut placed = Self { mesh, block, placement: Placement { shift_mm: DVec3::ZERO, ..placement } }.at(stand)?;
+                let mut placed =
+                    Self { mesh, block, placement: Placement { shift_mm: DVec3::ZERO, ..placement } }.at(stand)?;
                 placed.placement.shift_mm += before;
                 Ok(placed)
             }
@@ -225,14 +225,13 @@ fn bin_of(direction: DVec3) -> Option<usize> {
     if !(greatest > 0.0 && greatest.is_finite()) {
         return None;
     }
-    let (face, across) = [direction.x, direction.y, direction.z]
-        .into_iter()
-        .enumerate()
-        .find(|(_, part)| part.abs() == greatest)
-        .map(|(axis, part)| {
-            let other = [direction.yz(), direction.xz(), direction.xy()][axis] / greatest;
-            (2 * axis + usize::from(part > 0.0), other)
-        })?;
+    let (face, across) =
+        [direction.x, direction.y, direction.z].into_iter().enumerate().find(|(_, part)| part.abs() == greatest).map(
+            |(axis, part)| {
+                let other = [direction.yz(), direction.xz(), direction.xy()][axis] / greatest;
+                (2 * axis + usize::from(part > 0.0), other)
+            },
+        )?;
     let place = |part: f64| ((0.5 * part + 0.5) * BINS as f64).min((BINS - 1) as f64) as usize;
     Some((face * BINS + place(across.x)) * BINS + place(across.y))
 }
@@ -270,13 +269,17 @@ fn along_the_lines(mesh: &Mesh, normal: DVec3) -> Option<[DMat3; 4]> {
     let u = up.any_orthonormal_vector();
     let v = up.cross(u);
     let angles = || {
-        mesh.triangles.iter().enumerate().filter(|&(k, _)| {
-            let area = area(mesh, k);
-            area.dot(up) > 0.05 * area.length()
-        }).flat_map(|(k, _)| {
-            let [a, b, c] = mesh.corners(k);
-            [b - a, c - b, a - c].map(|edge| DVec2::new(edge.dot(u), edge.dot(v)))
-        })
+        mesh.triangles
+            .iter()
+            .enumerate()
+            .filter(|&(k, _)| {
+                let area = area(mesh, k);
+                area.dot(up) > 0.05 * area.length()
+            })
+            .flat_map(|(k, _)| {
+                let [a, b, c] = mesh.corners(k);
+                [b - a, c - b, a - c].map(|edge| DVec2::new(edge.dot(u), edge.dot(v)))
+            })
     };
     let bin = |edge: DVec2| {
         let angle = edge.to_angle().rem_euclid(FRAC_PI_2) / FRAC_PI_2;
@@ -320,7 +323,8 @@ mod tests {
 
     /// A block of 30 x 20 mm with a relief, 4 mm thick, as a mesh.
     fn block() -> Mesh {
-        let heights = |i: usize, j: usize| 0.2 * (0.7 * i as f64).sin() + 0.1 * (0.4 * j as f64).cos() + 0.01 * i as f64;
+        let heights =
+            |i: usize, j: usize| 0.2 * (0.7 * i as f64).sin() + 0.1 * (0.4 * j as f64).cos() + 0.01 * i as f64;
         let mut off = String::new();
         let (nx, ny) = (31, 21);
         let at = |i: usize, j: usize| (i as f64 - 15.0, j as f64 - 10.0);

@@ -198,9 +198,7 @@ fn each_triangle(
             Ok(())
         }
         Mode::TriangleFan => indices.windows(2).skip(1).try_for_each(|pair| take([pair[0], pair[1], indices[0]])),
-        _ if !indices.len().is_multiple_of(3) => {
-            Err(malformed(format!("{} indices are not triples", indices.len())))
-        }
+        _ if !indices.len().is_multiple_of(3) => Err(malformed(format!("{} indices are not triples", indices.len()))),
         _ => indices.chunks_exact(3).try_for_each(|corners| take([corners[0], corners[1], corners[2]])),
     }
 }

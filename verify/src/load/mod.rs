@@ -65,7 +65,9 @@ pub enum LoadError {
         vertex: usize,
     },
     /// A coordinate is no place of anything.
-    #[error("vertex {vertex} of triangle {triangle} has a coordinate of {value_mm:e} mm; up to {MOST_MM:e} mm are taken")]
+    #[error(
+        "vertex {vertex} of triangle {triangle} has a coordinate of {value_mm:e} mm; up to {MOST_MM:e} mm are taken"
+    )]
     TooFar {
         /// Index of the triangle.
         triangle: usize,

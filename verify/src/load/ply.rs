@@ -54,7 +54,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let count = positions.len();
     let mut points = Points::new(positions);
     let nothing = |found: f64| malformed(format!("index {found} points at none of {count} vertices"));
-    let index = |value: f64| if value >= 0.0 && value.fract() == 0.0 { Ok(value as usize) } else { Err(nothing(value)) };
+    let index =
+        |value: f64| if value >= 0.0 && value.fract() == 0.0 { Ok(value as usize) } else { Err(nothing(value)) };
     let mut add = |corners: &[usize]| {
         polygon::add(&mut assembler, &mut points, corners, has_normals.then_some(corners), |k| nothing(k as f64))
     };

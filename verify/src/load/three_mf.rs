@@ -52,9 +52,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
             let nothing = |v| malformed(format!("index {v} points at none of {count} vertices"));
             assembler.numbered(&mut points, corners.map(|v| v as usize), nothing)?;
         }
-        let within = |used: &part::Use| {
-            (used.path_or(&path), used.object, placed * used.placed(part.unit_mm), depth + 1)
-        };
+        let within =
+            |used: &part::Use| (used.path_or(&path), used.object, placed * used.placed(part.unit_mm), depth + 1);
         waiting.extend(object.components.iter().rev().map(within));
     }
     assembler.finish(Vec::new())
@@ -171,9 +170,8 @@ mod tests {
 
     /// The model with its build in other words, in a package with one more part.
     fn built(objects: &str, items: &str, other: &str) -> Mesh {
-        let model = model()
-            .replace("</resources>", &format!("{objects}</resources>"))
-            .replace("<item objectid=\"1\"/>", items);
+        let model =
+            model().replace("</resources>", &format!("{objects}</resources>")).replace("<item objectid=\"1\"/>", items);
         let mut zip = zip::ZipWriter::new_append(Cursor::new(package(&model))).unwrap();
         zip.start_file("3D/Objects/other.model", zip::write::SimpleFileOptions::default()).unwrap();
         zip.write_all(other.as_bytes()).unwrap();
@@ -189,7 +187,8 @@ mod tests {
         assert!((mesh.volume_mm3() - 1.0 / 6.0).abs() < 1e-12);
         // A quarter turn: x goes to y.
         let turned = "transform=\"0 1 0 -1 0 0 0 0 2 0 0 0\"";
-        let mesh = built(&component(&format!("objectid=\"1\" {turned}")), &format!("<item objectid=\"2\" {moved}/>"), "");
+        let mesh =
+            built(&component(&format!("objectid=\"1\" {turned}")), &format!("<item objectid=\"2\" {moved}/>"), "");
         assert_eq!(mesh.bounds(), (DVec3::new(124.0, 105.0, 13.5), DVec3::new(125.0, 106.0, 15.5)));
         assert!((mesh.volume_mm3() - 1.0 / 3.0).abs() < 1e-12);
         let mirrored = built("", "<item objectid=\"1\" transform=\"-1 0 0 0 1 0 0 0 1 0 0 0\"/>", "");

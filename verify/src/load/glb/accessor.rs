@@ -17,7 +17,10 @@ pub(super) fn values<const N: usize>(
     let (kind, shape) = (accessor.data_type(), accessor.dimensions());
     let wanted = if N == 1 { Dimensions::Scalar } else { Dimensions::Vec3 };
     if shape != wanted || !types.contains(&kind) {
-        return Err(malformed(format!("accessor {} holds {shape:?} of {kind:?} where others belong", accessor.index())));
+        return Err(malformed(format!(
+            "accessor {} holds {shape:?} of {kind:?} where others belong",
+            accessor.index()
+        )));
     }
     let scale = if accessor.normalized() { step(kind) } else { 1.0 };
     let vector = |bytes: &[u8]| -> [f64; N] {
@@ -43,7 +46,8 @@ pub(super) fn values<const N: usize>(
             IndexType::U16 => DataType::U16,
             IndexType::U32 => DataType::U32,
         };
-        let at = Items::of(&places.view(), places.offset(), sparse.count(), kind.size(), buffers).ok_or_else(outside)?;
+        let at =
+            Items::of(&places.view(), places.offset(), sparse.count(), kind.size(), buffers).ok_or_else(outside)?;
         let of = Items::of(&replaced.view(), replaced.offset(), sparse.count(), size, buffers).ok_or_else(outside)?;
         for (at, of) in at.iter().zip(of.iter()) {
             *found.get_mut(number(kind, at) as usize).ok_or_else(outside)? = vector(of);

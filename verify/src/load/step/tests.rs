@@ -96,9 +96,14 @@ fn the_unit_is_that_of_the_solids_context() {
         }
     }
     assert!(in_context("", "#79").unwrap_err().contains("assigns no unit of length"));
-    assert!(in_context("#81=(CONVERSION_BASED_UNIT('A',#82)LENGTH_UNIT());#82=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(2.),#81);", "#81")
+    assert!(
+        in_context(
+            "#81=(CONVERSION_BASED_UNIT('A',#82)LENGTH_UNIT());#82=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(2.),#81);",
+            "#81"
+        )
         .unwrap_err()
-        .contains("#81 is not understood"));
+        .contains("#81 is not understood")
+    );
     // Without a context there must be one unit, but for those that others are defined by.
     let bare = |units: &str| {
         let text = block()

@@ -241,7 +241,10 @@ mod tests {
             format!("\n  \n{}", plain()),
             format!("written by a program\n{}", plain()),
             parted,
-            changed("solid part\n", "solid part\n").replacen('\n', "\u{1}", 1).replace('\n', " ").replace('\u{1}', "\n"),
+            changed("solid part\n", "solid part\n")
+                .replacen('\n', "\u{1}", 1)
+                .replace('\n', " ")
+                .replace('\u{1}', "\n"),
         ] {
             let found = parse(text.as_bytes());
             assert!(found.as_ref().is_ok_and(|found| *found == mesh), "{found:?} of\n{text}");

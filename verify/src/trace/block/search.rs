@@ -99,7 +99,8 @@ impl BlockTracer {
         let arrives = match self.rays {
             Rays::Parallel(direction) => direction.z.abs().clamp(0.0, 1.0).acos(),
             Rays::From(source) => {
-                let aside = (self.block.upper - source.truncate()).abs().max((self.block.lower - source.truncate()).abs());
+                let aside =
+                    (self.block.upper - source.truncate()).abs().max((self.block.lower - source.truncate()).abs());
                 let away = if mirror { source.z - self.highest_mm } else { self.block.entry_z - source.z };
                 aside.length().atan2(away)
             }
