@@ -93,7 +93,7 @@ fn samples() -> impl Strategy<Value = Sample> {
         any::<bool>(),
         proptest::option::of(any::<[u8; 3]>()),
     );
-    let what = (kind, dress, (8..48_usize, 8..48_usize), 1..=4_usize);
+    let what = (kind, dress, (20..48_usize, 20..48_usize), 1..=4_usize);
     (what, any::<u64>(), transfer, frame, 0.0..1.0, edits).prop_map(
         |(
             (kind, dress, size, channels),
