@@ -303,6 +303,8 @@ proptest! {
         let (theirs, own) = match (theirs, own) {
             (Ok(theirs), Ok(own)) => (theirs, own),
             (Err(_), Err(_)) => return Ok(()),
+            // The designer refuses what became flat later, where it knows what made it so.
+            (Ok(_), Err(error)) if error.contains("the same light everywhere") => return Ok(()),
             (theirs, own) => return Err(TestCaseError::fail(format!(
                 "the designer: {:?}; the verifier: {:?}", theirs.err(), own.err()
             ))),
