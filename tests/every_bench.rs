@@ -104,8 +104,8 @@ impl Bench {
         // The file of the milled block, opened by a stranger, draws what was promised.
         let again = self.json(&format!("verify {stem}.milled.stl --photons 1000"), &[FINE]);
         let (again, last) = (again["result"]["judgement"]["picture"]["rel_rms"].as_f64().unwrap(), last.unwrap());
-        // It has the design's own nodes, which hold the polished face but for a few percent of its error.
-        assert!((again / last - 1.0).abs() < 0.1, "{stem}: the milled file has {again}, mill said {last}");
+        // It has the design's own nodes, which hold the polished face but for a part of its small error.
+        assert!((again / last - 1.0).abs() < 0.2, "{stem}: the milled file has {again}, mill said {last}");
 
         self.tolerances(&mut figures);
         let distances = "distance=142.5..150 --steps 2";
