@@ -365,12 +365,13 @@ impl Judgement {
             say!("  photons        {millions:.1} million {}", self.agreement_in_words());
         } else {
             say!("\nWhere does the light go? ({nx} x {ny} pixels)");
-            say!(
-                "  photons        {millions:.1} million, image {:.4} +- {:.4} relative RMS from that of the beams; they {}",
-                self.between.rel_rms(),
-                self.between.rel_rms_error(),
-                self.agreement_in_words()
-            );
+            let differ = if self.flux.window > 0.0 {
+                let (differ, error) = (self.between.rel_rms(), self.between.rel_rms_error());
+                format!("image {differ:.4} +- {error:.4} relative RMS from that of the beams")
+            } else {
+                "none of them in the window".to_owned()
+            };
+            say!("  photons        {millions:.1} million, {differ}; they {}", self.agreement_in_words());
         }
         print_flux(&self.flux);
     }

@@ -331,10 +331,13 @@ impl PhotonTally {
         }
         let (own, noise) = (self.image(), self.standard_error());
         let (own_mean, image_mean) = (own.mean(), image.mean());
-        if own_mean == 0.0 || image_mean == 0.0 {
-            // Nothing arrives by either, or by one of both only.
-            let difference = if own_mean == image_mean { 0.0 } else { f64::INFINITY };
-            return Ok(Agreement { difference, standard_error: 1.0 });
+        if own_mean == 0.0 {
+            // So many should have come where none did: Poisson's law.
+            let expected = image_mean * self.photons() as f64;
+            return Ok(Agreement { difference: expected, standard_error: expected.sqrt().max(f64::MIN_POSITIVE) });
+        }
+        if image_mean == 0.0 {
+            return Ok(Agreement { difference: f64::INFINITY, standard_error: 1.0 });
         }
         let off: Vec<f64> = (0..own.values.len())
             .map(|k| {

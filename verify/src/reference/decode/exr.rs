@@ -39,6 +39,7 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
 
     // Channels by the layer that they belong to: of a part, and of what stands in front of the last dot of their name.
     let mut layers: BTreeMap<String, (usize, BTreeMap<String, &AnyChannel<FlatSamples>>)> = BTreeMap::new();
+    let mut singles = Vec::new();
     for (part, layer) in image.layer_data.iter().enumerate() {
         let of_part = layer.attributes.layer_name.as_ref().map(ToString::to_string).unwrap_or_default();
         for channel in &layer.channel_data.list {
@@ -51,6 +52,7 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
                 _ if prefix == of_part => of_part.clone(),
                 _ => format!("{of_part}.{prefix}"),
             };
+            singles.push((if key.is_empty() { own.to_owned() } else { format!("{key}.{own}") }, part, channel));
             layers.entry(key).or_insert_with(|| (part, BTreeMap::new())).1.insert(own.to_ascii_uppercase(), channel);
         }
     }
@@ -58,17 +60,25 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
         ["R", "G", "B"].iter().all(|name| channels.contains_key(*name)) || channels.contains_key("Y")
     });
     let names = || layers.keys().map(|name| if name.is_empty() { "(unnamed)".into() } else { name.clone() }).collect();
+    // A channel that is taken alone is grey.
+    let alone = |(_, part, channel): &(String, usize, _)| (*part, BTreeMap::from([("Y".to_owned(), *channel)]));
     let found = match wanted {
-        Some(name) => layers.get(name).ok_or_else(|| ReferenceError::NoLayer { name: name.into(), names: names() })?,
-        None => match layers.len() {
-            1 => layers.values().next(),
-            0 => None,
+        Some(name) => layers
+            .get(name)
+            .cloned()
+            .or_else(|| singles.iter().find(|(full, ..)| full == name).map(alone))
+            .ok_or_else(|| ReferenceError::NoLayer { name: name.into(), names: names() })?,
+        None => match (layers.get(""), layers.len(), singles.as_slice()) {
+            (Some(unnamed), ..) => Some(unnamed.clone()),
+            (None, 1, _) => layers.values().next().cloned(),
+            (None, 0, [only]) => Some(alone(only)),
+            (None, 0, _) => None,
             _ => return Err(ReferenceError::Layers { names: names() }),
         }
         .ok_or_else(|| ReferenceError::malformed(NAME, "no layer has colour: neither R, G and B, nor Y"))?,
     };
     let (part, channels) = found;
-    let layer = &image.layer_data[*part];
+    let layer = &image.layer_data[part];
 
     let colours = ["R", "G", "B"].iter().filter_map(|name| channels.get(*name)).collect::<Vec<_>>();
     let (inks, mut used) = if colours.len() == 3 {
