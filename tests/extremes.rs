@@ -1,7 +1,6 @@
 //! Every number of every command at its extremes: an answer or a refusal, soon, and never a panic.
 
 #[path = "common/workshop.rs"]
-#[allow(dead_code)]
 mod workshop;
 
 use std::{

@@ -3,7 +3,6 @@
 #![cfg(unix)]
 
 #[path = "common/workshop.rs"]
-#[allow(dead_code)]
 mod workshop;
 
 use std::{

@@ -2,7 +2,6 @@
 #![cfg(target_os = "linux")]
 
 #[path = "common/workshop.rs"]
-#[allow(dead_code)]
 mod workshop;
 
 use image::{GrayImage, Luma, Rgba};

@@ -1,7 +1,6 @@
 //! What a command writes over: its own files of before, and nothing else.
 
 #[path = "common/workshop.rs"]
-#[allow(dead_code)]
 mod workshop;
 
 use std::{fs, process::Command};

@@ -1,7 +1,6 @@
 //! What a terminal, a script and a shell get to see.
 
 #[path = "common/workshop.rs"]
-#[allow(dead_code)]
 mod workshop;
 
 use serde_json::Value;

@@ -133,10 +133,14 @@ mod tests {
             let thrown = thrown_mm(&block(), &scene, slope, &[DVec2::X, DVec2::Y]).unwrap();
             assert!((thrown - wanted).abs() < 1e-9, "{thrown} for {wanted}");
         }
-        // Light from the side is thrown further in its plane, by the cube of the longer way.
-        let tilted = Scene { light: Light::parallel(DVec3::new(0.0, -0.5, 0.75_f64.sqrt())), ..straight };
+        // To first order in the slope, light at an angle is thrown across its plane by the longer way times the change of its
+        // tangential part, and along it by 1 / cos^2 more; the second order is below the slope.
+        let (sin, cos) = (0.5_f64, 0.75_f64.sqrt());
+        let tilted = Scene { light: Light::parallel(DVec3::new(0.0, -sin, cos)), ..straight };
         let [across, along] = [DVec2::X, DVec2::Y].map(|a| thrown_mm(&block(), &tilted, slope, &[a]).unwrap());
-        assert!(across > 1.05 * wanted && along > 1.4 * across, "{across} {along} {wanted}");
+        let first_order = 500.0 / cos * ((1.49_f64.powi(2) - sin * sin).sqrt() - cos) * slope;
+        assert!((across / first_order - 1.0).abs() < 2.0 * slope, "{across} {first_order}");
+        assert!((along / across * cos * cos - 1.0).abs() < 2.0 * slope, "{along} {across}");
     }
 
     #[test]

@@ -1,5 +1,8 @@
 //! A folder of its own, and the binary run in it.
 
+// Every test binary uses its own part of this.
+#![allow(dead_code)]
+
 use assert_cmd::Command;
 use image::{GrayImage, Luma};
 use std::{
