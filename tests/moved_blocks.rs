@@ -40,7 +40,7 @@ fn moved(workshop: &Workshop, place: impl Fn(DVec3) -> DVec3) {
         if mirrors {
             corners.swap(1, 2);
         }
-        for (k, value) in corners.iter().flat_map(|v| v.to_array()).enumerate() {
+        for (k, value) in corners.iter().flat_map(DVec3::to_array).enumerate() {
             bytes[record + 12 + 4 * k..][..4].copy_from_slice(&(value as f32).to_le_bytes());
         }
     }

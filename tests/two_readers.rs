@@ -151,7 +151,7 @@ impl Sample {
             Kind::Jpeg | Kind::Pnm => 3,
             Kind::Gif => 4,
             Kind::WebP | Kind::Bmp => self.channels.max(3),
-            Kind::Tiff8 | Kind::Tiff16 if self.channels % 2 == 0 => self.channels - 1,
+            Kind::Tiff8 | Kind::Tiff16 if self.channels.is_multiple_of(2) => self.channels - 1,
             _ => self.channels,
         }
     }

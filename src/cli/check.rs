@@ -104,10 +104,10 @@ struct Line {
 }
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
-    if let Some(output) = &args.output {
-        if !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-            return Err(Failure::Usage(format!("{}: pictures of a check are written as .png", output.display())));
-        }
+    if let Some(output) = &args.output
+        && !output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
+    {
+        return Err(Failure::Usage(format!("{}: pictures of a check are written as .png", output.display())));
     }
     let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().map(PathBuf::as_path), args.output.clone())?;

@@ -61,13 +61,16 @@ impl First<'_> {
 pub(crate) fn derived(outputs: &[PathBuf], settings: &Settings, verified: bool) -> BTreeSet<PathBuf> {
     let side_files = outputs.iter().map(|output| side_file::path_beside(output));
     let has_masks = settings.outline.is_some_and(|outline| outline.0 != Outline::Rectangle);
-    let masks = outputs.iter().filter(|output| has_masks && HeightMapFormat::from_path(output).is_ok()).map(mask_of);
+    let masks = outputs
+        .iter()
+        .filter(|output| has_masks && HeightMapFormat::from_path(output).is_ok())
+        .map(|output| mask_of(output));
     let pictures = opinion::pictures(settings, verified).into_iter().map(|kind| opinion::picture_of(&outputs[0], kind));
     side_files.chain(masks).chain(pictures).collect()
 }
 
 /// Where the mask of a height map lies.
-fn mask_of(output: &PathBuf) -> PathBuf {
+fn mask_of(output: &Path) -> PathBuf {
     output.with_extension("mask.png")
 }
 
@@ -140,7 +143,7 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
     }
     if let Some((map, mask)) = height_map.and_then(|map| Some((map, map.mask()?))) {
         let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
-        let masks: BTreeSet<PathBuf> = maps.map(mask_of).collect();
+        let masks: BTreeSet<PathBuf> = maps.map(|map| mask_of(map)).collect();
         for path in masks {
             report::write_png(&path, &mask).map_err(Failure::writing)?;
             notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));

@@ -41,7 +41,7 @@ impl Scene {
 
     fn positions(&mut self, positions: &[DVec3]) -> usize {
         let bytes: Vec<u8> =
-            positions.iter().flat_map(|v| v.to_array()).flat_map(|c| (c as f32).to_le_bytes()).collect();
+            positions.iter().flat_map(glam::DVec3::to_array).flat_map(|c| (c as f32).to_le_bytes()).collect();
         let view = self.view(&bytes);
         self.accessor(json!({"bufferView": view, "componentType": 5126, "count": positions.len(), "type": "VEC3"}))
     }
