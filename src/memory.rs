@@ -7,10 +7,10 @@
 //! ```text
 //! solve  = 20 MB + 40 P + 175 R + 50 N
 //! write  = 50 MB + 40 P + 40 R + 116 N
-//! verify = 40 MB + 40 P + 175 R + 60 J + 150 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
+//! verify = 40 MB + 40 P + 175 R + 60 J + 190 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
 //! ```
 //!
-//! and the greatest of them, in bytes. The warping solvers take `550 N` in place of `175 R + 50 N`.
+//! and the greatest of them, in bytes; 32 P more to all where the files are verified, since the verifier reads the picture too. The warping solvers take `550 N` in place of `175 R + 50 N`.
 
 use std::fmt;
 
@@ -81,6 +81,8 @@ const BASE: u64 = 20_000_000;
 const PICTURES: u64 = 30_000_000;
 /// Pieces of text that are formatted or parsed at a time.
 const PIECES: u64 = 16_000_000;
+/// Bytes for every pixel of the picture as the verifier reads it.
+const SECOND_READING: u64 = 32;
 /// Bytes for every cell of the receiver. The solver's are not all given back before the files are looked at.
 const CELL: u64 = 175;
 
@@ -106,14 +108,15 @@ impl Load {
 
     /// The most memory that it is expected to take. Measured runs took between half of this and all of it.
     pub fn peak(&self) -> Bytes {
-        let common = BASE + 40 * self.pixels;
+        let reading = if self.verified.is_some() { 40 + SECOND_READING } else { 40 };
+        let common = BASE + reading * self.pixels;
         let (solve, drawn, kept) = match self.method {
             Method::Transport { cells } => (CELL * cells + 50 * self.nodes, 40 * cells, CELL * cells),
             Method::Warping => (550 * self.nodes, 160 * self.judged, 400 * self.judged),
         };
         let written = PICTURES + drawn + 116 * self.nodes;
         let verify = self.verified.map_or(0, |files| {
-            let of_nodes = 150 + 140 * files.with_normals + 85 * files.others;
+            let of_nodes = 190 + 140 * files.with_normals + 85 * files.others;
             BASE + kept + 60 * self.judged + PIECES * files.with_normals + of_nodes * self.nodes
         });
         Bytes(common + solve.max(written).max(verify))

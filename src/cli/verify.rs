@@ -109,8 +109,8 @@ pub(crate) struct LookArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Photons")]
     seed: u64,
 
-    /// Independent samples into which the photons are cut: their spread is the noise, and a run has at most as many parts
-    #[arg(long, value_name = "N", default_value_t = 128, help_heading = "Photons")]
+    /// Independent samples into which the photons are cut, at least 4: their spread is the noise, and a run has at most as many parts
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(4..), help_heading = "Photons")]
     replicates: u32,
 
     /// Trace photons only, and write their exact sums to this file (OpenEXR)

@@ -321,7 +321,8 @@ impl PhotonTally {
     ///
     /// If they do, the square of every pixel's difference less the pixel's variance is a number of mean 0. Nets make those of
     /// pixels that lie close together correlated, and others hardly: the sum of their products with their neighbours is the
-    /// variance of their sum, whatever their distribution. No model of the noise is needed, nor many replicates.
+    /// variance of their sum, whatever their distribution. No model of the noise is needed, nor many replicates: from 4 on
+    /// the difference is normal as far as 300 seeds tell; with 2 one of them went beyond 4 standard errors.
     ///
     /// # Errors
     /// [`PhotonError::Different`] if the sizes differ.

@@ -285,9 +285,28 @@ fn has_adobe_marker(bytes: &[u8]) -> bool {
     false
 }
 
+/// Whether the chunks of a RIFF file end within it: the decoder takes as much memory as one claims.
+fn holds_its_chunks(bytes: &[u8]) -> bool {
+    let word = |at: usize| bytes.get(at..at + 4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as usize);
+    let end = word(4).map_or(0, |size| size.saturating_add(8)).min(bytes.len());
+    let mut at = 12;
+    while at < end {
+        let Some(size) = word(at + 4) else { return false };
+        let next = (at + 8).saturating_add(size);
+        if next > bytes.len() {
+            return false;
+        }
+        at = next + size % 2;
+    }
+    true
+}
+
 /// What the decoders of `image` read.
 fn open_common(bytes: &[u8], format: ImageFormat, kind: Kind, allowed: u64) -> Result<Sheet<'_>, PictureError> {
     let failed = move |error: image::ImageError| broken(kind)(&error);
+    if format == ImageFormat::WebP && !holds_its_chunks(bytes) {
+        return Err(broken(kind)(&"it ends within a chunk"));
+    }
     let mut limits = Limits::default();
     limits.max_alloc = Some(allowed);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
@@ -304,12 +323,6 @@ fn open_common(bytes: &[u8], format: ImageFormat, kind: Kind, allowed: u64) -> R
     };
     let stride = usize::from(colour.channel_count());
     let width = colour.bytes_per_pixel() / colour.channel_count();
-    // What is told of the picture is no longer than the file, whatever its head claims.
-    let mut told = limits.clone();
-    told.max_alloc = Some(bytes.len() as u64);
-    if format == ImageFormat::WebP {
-        decoder.set_limits(told).map_err(failed)?;
-    }
     let profile = decoder.icc_profile().ok().flatten();
     let says = profile.map_or(if width == 4 { Says::Float } else { Says::Nothing }, Says::Profile);
     let orientation = orientation_of(decoder.exif_metadata().ok().flatten().as_deref());

@@ -302,7 +302,8 @@ mod tests {
         let mesh = parse(plain.as_bytes(), Normals::Read).unwrap();
         assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (5, 6));
         assert!((mesh.volume_mm3() - 2.0 / 3.0).abs() < 1e-12);
-        let coloured = plain.replace("\nf", "\n_").replace("\nv", " 0.5 0.5 0.5\nv").replace("\n_", "\nf");
+        let colour = |line: &str| format!("{line}{}\n", if line.starts_with('v') { " 0.5 0.5 0.5" } else { "" });
+        let coloured: String = plain.lines().map(colour).collect();
         for text in [
             plain.replace("f 1 4 3 2", "f -5 -2 -3 -4"),
             plain.replace("f 1 4 3 2\n", "").replace("v 0.5", "f 1 4 3 2\nv 0.5"),
