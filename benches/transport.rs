@@ -8,8 +8,8 @@ use glasswarp::{
         Extent, Field,
         dct::{CosineFilter, Symmetry},
     },
+    irradiance::TargetIrradiance,
     solver::{Silent, Solver},
-    target::TargetIrradiance,
     transport::{Options, Quality, Transport},
 };
 

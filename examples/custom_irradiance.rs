@@ -5,9 +5,9 @@ use glasswarp::{
     bench::{Bench, ExitFace},
     forward,
     grid::{Extent, Field},
+    irradiance::TargetIrradiance,
     solver::{Silent, Solver},
     surface::SurfaceSpline,
-    target::TargetIrradiance,
     transport::{Options, Quality, Transport},
 };
 

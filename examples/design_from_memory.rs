@@ -4,10 +4,10 @@ use glasswarp::{
     bench::{Bench, ExitFace},
     export::{self, Design},
     grid::{Extent, Field},
+    irradiance::{Picture, TargetIrradiance},
     pipeline,
     solid::Stock,
     solver::Silent,
-    target::{Picture, TargetIrradiance},
     transport::Transport,
 };
 

@@ -20,13 +20,13 @@
 //! negative z, the exit face is `z = h(x, y)` with the mean of its nodes at 0, the receiver is the plane `z = distance`.
 //! `x` and `y` are centred on the optical axis. The picture is seen on the wall from the block's side: its left is `+x`, its
 //! top is `+y`. Inside the library every grid has row `j` along `+y` and column `i` along `+x`; a picture is turned into
-//! that order once, where it becomes a [`target::TargetIrradiance`], and back once, where it is shown.
+//! that order once, where it becomes a [`irradiance::TargetIrradiance`], and back once, where it is shown.
 //!
 //! Irradiance is linear and has the mean 1.
 //!
 //! # To read in this order
 //!
-//! 1. [`target`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
+//! 1. [`irradiance`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
 //! 2. [`mod@bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
 //!    reflection at one face; [`materials`]: indices.
 //! 3. [`solver`]: what every solver takes and gives. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
@@ -67,6 +67,7 @@ pub mod export;
 pub mod fabricate;
 pub mod forward;
 pub mod grid;
+pub mod irradiance;
 pub mod light;
 pub mod materials;
 pub mod memory;
@@ -77,6 +78,5 @@ pub mod report;
 pub mod solid;
 pub mod solver;
 pub mod surface;
-pub mod target;
 pub mod transport;
 pub mod warp;

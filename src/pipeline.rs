@@ -3,13 +3,13 @@
 use crate::{
     bench::{Bench, ExitFace},
     grid::{Contour, Extent, Field},
+    irradiance::TargetIrradiance,
     light::Incidence,
     optics::Interface,
     optim::Summary,
     solid::{Shape, Solid, SolidError, Stock},
     solver::{Progress, SolveError, Solver},
     surface::{HeightField, SurfaceSpline},
-    target::TargetIrradiance,
 };
 use glam::DVec2;
 

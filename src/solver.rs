@@ -1,6 +1,6 @@
 //! What every solver of the inverse problem takes and gives.
 
-use crate::{bench::Bench, grid::Field, optim::Summary, surface::HeightField, target::TargetIrradiance};
+use crate::{bench::Bench, grid::Field, irradiance::TargetIrradiance, optim::Summary, surface::HeightField};
 use glam::{DVec2, DVec3};
 use std::time::Duration;
 

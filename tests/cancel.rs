@@ -4,9 +4,9 @@ use glam::DVec3;
 use glasswarp::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field, Outline},
+    irradiance::TargetIrradiance,
     light::Intensity,
     solver::{Progress, Silent, SolveError, Solver},
-    target::TargetIrradiance,
     transport::{Options, Transport},
     warp::{Warping, WarpingPaper},
 };

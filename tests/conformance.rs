@@ -6,11 +6,11 @@ use glasswarp::{
     export::{Design, write_stl},
     forward::{Geometry, irradiance, photon_mesh},
     grid::{Extent, Field},
+    irradiance::{Picture, TargetIrradiance, Transfer, to_picture_order},
     pipeline,
     solid::{Solid, Stock},
     solver::{Silent, Solution, Solver},
     surface::SurfaceSpline,
-    target::{Picture, TargetIrradiance, Transfer, to_picture_order},
     transport::Transport,
     warp::{Warping, WarpingPaper},
 };

@@ -17,9 +17,9 @@ use glasswarp::{
     bench::ExitFace,
     export::{self, Design, HeightMap},
     grid::{Extent, Field, Outline},
+    irradiance::{Picture, PictureError, PictureOptions},
     solid::{Solid, Stock},
     surface::HeightField,
-    target::{Picture, PictureError, PictureOptions},
 };
 use glasswarp_verify::{
     Block, BlockError, Mesh, PhotonPlan, PhotonTally, Placed, Scene, Surface, Tracer, Window, beams,

@@ -6,12 +6,12 @@ use glasswarp::{
     export::StepTolerance,
     fabricate::{Cutter, Pass},
     grid::{Extent, Field, Outline},
+    irradiance::{Framing, Picture, PsfPicture, TargetIrradiance, Vignette},
     light::Intensity,
     pipeline::{self, DesignError},
     solid::{Rim, Shape, Stock},
     solver::{Silent, SolveError, Solver},
     surface::Polish,
-    target::{Framing, Picture, PsfPicture, TargetIrradiance, Vignette},
     transport::Transport,
     warp::{Warping, WarpingPaper},
 };

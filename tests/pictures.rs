@@ -4,7 +4,7 @@
 
 use glasswarp::{
     grid::Field,
-    target::{Picture, PictureOptions, Transfer},
+    irradiance::{Picture, PictureOptions, Transfer},
 };
 use std::{
     fs,
@@ -118,7 +118,7 @@ fn a_transfer_goes_before_all_that_a_file_says() {
 
 #[test]
 fn edits_are_done_to_the_upright_picture() {
-    let edits = glasswarp::target::Edits {
+    let edits = glasswarp::irradiance::Edits {
         crop: Some("2,1,20,12".parse().unwrap()),
         rotate: Some("90deg".parse().unwrap()),
         ..Default::default()

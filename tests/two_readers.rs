@@ -4,7 +4,7 @@
 #[path = "common/chart.rs"]
 mod chart;
 
-use glasswarp::target::{
+use glasswarp::irradiance::{
     self, Background, Edits, Framing, PictureOptions, Rotation, TargetIrradiance, Transfer, Vignette, to_picture_order,
 };
 use glasswarp_verify::{
@@ -252,7 +252,7 @@ impl Sample {
             edits: Edits {
                 crop: self.crop.map(|([x, y], [w, h])| format!("{x},{y},{w}%,{h}%").parse().unwrap()),
                 rotate: [None, Some(Rotation::Right), Some(Rotation::Half), Some(Rotation::Left)][self.quarters],
-                flip: self.flip.map(|up| if up { target::Flip::Vertical } else { target::Flip::Horizontal }),
+                flip: self.flip.map(|up| if up { irradiance::Flip::Vertical } else { irradiance::Flip::Horizontal }),
                 levels: self.levels.map(|[black, white, gamma]| format!("{black},{white},{gamma}").parse().unwrap()),
                 invert: self.invert,
             },

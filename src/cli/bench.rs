@@ -13,9 +13,9 @@ use glam::{DVec2, DVec3};
 use glasswarp::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field},
+    irradiance::{Picture, Transfer, to_picture_order},
     light::{Intensity, Light, Profile},
     materials,
-    target::{Picture, Transfer, to_picture_order},
 };
 use glasswarp_verify::{self as verify, Emission, Image, Optics, Scene, Window};
 use std::path::Path;

@@ -20,11 +20,11 @@ use glam::DVec2;
 use glasswarp::{
     bench::Bench,
     grid::Extent,
-    solver::Progress,
-    target::{
+    irradiance::{
         Border, CausticMesh, Deconvolution, Deconvolved, Ending, ImperfectLight, Picture, Psf, PsfPicture, SourceSize,
         TargetIrradiance, Transfer, to_picture_order,
     },
+    solver::Progress,
 };
 use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
 use serde::Deserialize;

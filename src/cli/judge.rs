@@ -2,7 +2,7 @@
 
 use super::{console::say, error::Failure, json};
 use glam::DVec2;
-use glasswarp::{grid::Field, target::to_picture_order};
+use glasswarp::{grid::Field, irradiance::to_picture_order};
 use glasswarp_verify::{
     Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally,
     Scene, Surface, Tracer, Traversal, beams, facet_beams,

@@ -3,9 +3,9 @@
 use super::{design::DesignArgs, error::Failure, plan::Plan};
 use glasswarp::{
     export::Format,
+    irradiance::Picture,
     memory::{self, Bytes, Load},
     pipeline,
-    target::Picture,
 };
 use std::path::PathBuf;
 

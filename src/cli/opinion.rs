@@ -15,9 +15,9 @@ use super::{
     side_file::SideFile,
 };
 use glasswarp::{
+    irradiance::to_picture_order,
     pipeline::Block,
     report::{self, Exposure},
-    target::to_picture_order,
 };
 use glasswarp_verify::{Image, Mesh, PhotonPlan};
 use image::GrayImage;

@@ -15,12 +15,12 @@ use glasswarp::{
     export::{Format, HeightMapFormat},
     fabricate::Shape,
     grid::Field,
+    irradiance::to_picture_order,
     materials,
     pipeline::Block,
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Isocontours, Model, Page, View},
     solid::Solid,
     surface::SurfaceSpline,
-    target::to_picture_order,
 };
 use glasswarp_verify::metrics::{Likeness, Metrics};
 use image::GrayImage;

@@ -9,7 +9,7 @@ use super::{
 };
 use glasswarp::{
     bench::Bench,
-    target::{self, Background, Rotation, TargetIrradiance, Vignette, to_picture_order},
+    irradiance::{self, Background, Rotation, TargetIrradiance, Vignette, to_picture_order},
 };
 use glasswarp_verify::{
     Image, metrics,
@@ -76,8 +76,8 @@ pub(crate) fn options_of(settings: &Settings) -> Options {
             Rotation::Left => Turn::ThreeQuarters,
         }),
         flip: settings.flip.map(|flip| match flip {
-            target::Flip::Horizontal => Flip::Horizontal,
-            target::Flip::Vertical => Flip::Vertical,
+            irradiance::Flip::Horizontal => Flip::Horizontal,
+            irradiance::Flip::Vertical => Flip::Vertical,
         }),
         levels: settings.levels.map(|levels| Levels {
             black: levels.black(),
@@ -90,10 +90,10 @@ pub(crate) fn options_of(settings: &Settings) -> Options {
     }
 }
 
-fn crop_of(crop: target::Crop) -> Crop {
+fn crop_of(crop: irradiance::Crop) -> Crop {
     let [x, y, width, height] = [crop.x, crop.y, crop.width, crop.height].map(|measure| match measure {
-        target::Measure::Pixels(pixels) => Measure::Pixels(pixels as f64),
-        target::Measure::Percent(percent) => Measure::Share(percent / 100.0),
+        irradiance::Measure::Pixels(pixels) => Measure::Pixels(pixels as f64),
+        irradiance::Measure::Percent(percent) => Measure::Share(percent / 100.0),
     });
     Crop { x, y, width, height }
 }

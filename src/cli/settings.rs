@@ -15,8 +15,8 @@ use super::{
 use clap::{Args, ValueEnum};
 use glasswarp::{
     grid::Outline,
+    irradiance::{Background, Crop, Edits, Flip, Framing, Levels, PictureOptions, Rotation, Transfer, Vignette},
     solid::Origin,
-    target::{Background, Crop, Edits, Flip, Framing, Levels, PictureOptions, Rotation, Transfer, Vignette},
 };
 use serde::Deserialize;
 use std::{

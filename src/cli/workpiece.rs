@@ -16,9 +16,9 @@ use glam::DVec2;
 use glasswarp::{
     fabricate::Milled,
     grid::{Extent, Field, Outline},
+    irradiance::Transfer,
     report::Exposure,
     surface::HeightField,
-    target::Transfer,
 };
 use glasswarp_verify::{Block, Geometry, Image, Scene, Surface, Traversal, beams, metrics::Metrics};
 use std::path::Path;

@@ -84,7 +84,7 @@ pub fn budget_sheet(target: &Field<f64>, steps: &[BudgetStep], exposure: Exposur
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::target::{TargetIrradiance, Transfer};
+    use crate::irradiance::{TargetIrradiance, Transfer};
 
     #[test]
     fn greater_errors_have_longer_bars() {

@@ -3,7 +3,7 @@
 use super::{ink::line, sheet::sheet};
 use crate::{
     grid::{Extent, Field, bilinear_resample},
-    target::to_picture_order,
+    irradiance::to_picture_order,
 };
 use glam::DVec2;
 use image::{GrayImage, Luma, imageops};

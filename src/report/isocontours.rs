@@ -6,8 +6,8 @@ use super::{
 };
 use crate::{
     grid::Field,
+    irradiance::to_picture_order,
     surface::{HeightField, SurfaceSpline},
-    target::to_picture_order,
 };
 use glam::DVec2;
 use image::{GrayImage, Luma};

@@ -3,7 +3,7 @@
 use super::sheet::sheet;
 use crate::{
     grid::Field,
-    target::{TargetIrradiance, Transfer},
+    irradiance::{TargetIrradiance, Transfer},
 };
 use image::{GrayImage, Luma, imageops};
 
@@ -29,7 +29,7 @@ impl Exposure {
     }
 }
 
-/// Irradiance in picture order (see [`to_picture_order`](crate::target::to_picture_order)) as a picture.
+/// Irradiance in picture order (see [`to_picture_order`](crate::irradiance::to_picture_order)) as a picture.
 pub fn irradiance_picture(irradiance: &Field<f64>, exposure: Exposure) -> GrayImage {
     grey(irradiance.nx(), irradiance.ny(), |k| exposure.encoded(irradiance.as_slice()[k]))
 }

@@ -23,9 +23,9 @@ pub use options::{BlackFloor, Options, OptionsError, Quality};
 
 use crate::{
     bench::Bench,
+    irradiance::TargetIrradiance,
     optim::Summary,
     solver::{Progress, Solution, SolveError, Solver, check_nodes},
-    target::TargetIrradiance,
 };
 
 /// The transport solver; see the [module](self).

@@ -11,10 +11,10 @@ use super::{
 use crate::{
     bench::Bench,
     grid::{Field, area_resample},
+    irradiance::TargetIrradiance,
     light::Light,
     optim::{Level, Summary},
     solver::{Progress, SolveError},
-    target::TargetIrradiance,
 };
 use std::time::Duration;
 

@@ -11,10 +11,10 @@ use super::{
 use crate::{
     bench::Bench,
     grid::{Field, area_resample},
+    irradiance::{CausticMesh, TargetIrradiance},
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver, check_nodes},
     surface::{EdgeRule, HeightField, SurfaceSpline},
-    target::{CausticMesh, TargetIrradiance},
 };
 use std::sync::Arc;
 

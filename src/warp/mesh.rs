@@ -4,7 +4,7 @@ use super::LEAST_TARGET;
 use crate::{
     bench::Bench,
     grid::{Extent, Field, area_resample, bilinear_resample},
-    target::{CausticMesh, TargetIrradiance},
+    irradiance::{CausticMesh, TargetIrradiance},
 };
 use glam::DVec2;
 use rayon::prelude::*;

@@ -5,9 +5,9 @@ use crate::{
     bench::{Bench, ExitFace},
     forward::{Geometry, irradiance, photon_mesh},
     grid::{Extent, Field},
+    irradiance::{CausticMesh, TargetIrradiance},
     solver::{Silent, Solution, Solver},
     surface::{HeightField, SurfaceSpline},
-    target::{CausticMesh, TargetIrradiance},
 };
 use glam::DVec2;
 use std::sync::Arc;

@@ -5,10 +5,10 @@ use super::{
 };
 use crate::{
     bench::Bench,
+    irradiance::{CausticMesh, TargetIrradiance},
     optim::{OptionError, Summary},
     solver::{Progress, Solution, SolveError, Solver, check_nodes},
     surface::EdgeRule,
-    target::{CausticMesh, TargetIrradiance},
 };
 use std::sync::Arc;
 

@@ -5,11 +5,11 @@ use crate::{
     bench::{Bench, ExitFace},
     forward::{Geometry, irradiance},
     grid::{Extent, Field},
+    irradiance::TargetIrradiance,
     light::Intensity,
     optim::Termination,
     solver::{Progress, Silent, Solution, SolveError, Solver},
     surface::SurfaceSpline,
-    target::TargetIrradiance,
 };
 use glam::{DVec2, DVec3};
 use std::cell::RefCell;

@@ -3,8 +3,8 @@
 use super::data::{figure, png_uri};
 use crate::{
     grid::{Extent, Field, bilinear_resample},
+    irradiance::to_picture_order,
     surface::SurfaceSpline,
-    target::to_picture_order,
 };
 use colorous::{Color, Gradient};
 use glam::{DVec2, DVec3};

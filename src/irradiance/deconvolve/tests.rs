@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     bench::{Bench, ExitFace},
     grid::Extent,
-    target::{ImperfectLight, PsfPicture, SourceSize},
+    irradiance::{ImperfectLight, PsfPicture, SourceSize},
 };
 use glam::DVec2;
 

@@ -20,7 +20,7 @@ pub use edits::{Background, Crop, EditError, Edits, Flip, Levels, Measure, Rotat
 pub use error::PictureError;
 pub use understood::Understood;
 
-use crate::{grid::Field, target::TargetIrradiance};
+use crate::{grid::Field, irradiance::TargetIrradiance};
 use canvas::{Canvas, Orientation};
 use colour::Lamp;
 use kind::Kind;

@@ -1,7 +1,7 @@
 //! What is done to a picture on the way in.
 
 use super::{PictureError, REC_709, Transfer};
-use crate::{grid::Field, target::TargetIrradiance};
+use crate::{grid::Field, irradiance::TargetIrradiance};
 use std::{fmt, str::FromStr};
 
 /// The light behind transparent parts, as a colour of sRGB.
