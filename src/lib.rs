@@ -63,8 +63,13 @@
 //! (`non_exhaustive`). Stages are told to [`tracing`](https://docs.rs/tracing), which costs nothing as long as nobody listens.
 
 pub mod bench;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod export;
 pub mod fabricate;
+#[cfg(feature = "cli")]
+pub mod failure;
 pub mod forward;
 pub mod grid;
 pub mod irradiance;
@@ -74,9 +79,15 @@ pub mod memory;
 pub mod optics;
 pub mod optim;
 pub mod pipeline;
+#[cfg(feature = "cli")]
+pub mod record;
 pub mod report;
 pub mod solid;
 pub mod solver;
+#[cfg(feature = "cli")]
+pub mod spec;
+#[cfg(feature = "cli")]
+pub mod study;
 pub mod surface;
 pub mod transport;
 pub mod warp;

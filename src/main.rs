@@ -1,7 +1,5 @@
 //! The command line of glasswarp.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::run()
+    glasswarp::cli::run()
 }

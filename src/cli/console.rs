@@ -1,7 +1,8 @@
 //! What a command says: to a person on standard output, or to a program as one JSON document; warnings, errors, progress and
 //! traces go to standard error either way. Colours only for terminals, and never under NO_COLOR.
 
-use super::{error::Failure, json};
+use super::outcome::{code, kind, with_flags};
+use crate::{failure::Failure, record::document};
 use anstyle::{AnsiColor, Style};
 use std::{
     fmt,
@@ -20,7 +21,7 @@ pub(crate) enum Reader {
 
 static READER: OnceLock<Reader> = OnceLock::new();
 static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
-static RESULT: Mutex<Option<json::Result>> = Mutex::new(None);
+static RESULT: Mutex<Option<document::Result>> = Mutex::new(None);
 
 fn reader() -> Reader {
     *READER.get().unwrap_or(&Reader::Person)
@@ -80,7 +81,7 @@ pub(crate) fn coloured(text: &str, colour: AnsiColor) -> String {
 
 /// Warns; of the same thing once, however often it is met.
 pub(crate) fn warn(text: impl fmt::Display) {
-    let text = text.to_string();
+    let text = with_flags(&text.to_string());
     let mut warnings = WARNINGS.lock().unwrap_or_else(PoisonError::into_inner);
     if !warnings.contains(&text) {
         let _ = writeln!(anstream::stderr(), "{}: {text}", coloured("warning", AnsiColor::Yellow));
@@ -94,31 +95,31 @@ pub(crate) fn interrupted() {
 }
 
 /// Keeps what a program will read.
-pub(crate) fn result(result: json::Result) {
+pub(crate) fn result(result: document::Result) {
     *RESULT.lock().unwrap_or_else(PoisonError::into_inner) = Some(result);
 }
 
 /// Tells how the command ended.
 pub(crate) fn close(command: &str, done: Result<(), Failure>) -> ExitCode {
-    let code = done.as_ref().err().map_or(0, Failure::code);
+    let code = done.as_ref().err().map_or(0, code);
     if let Err(failure) = &done {
-        let mut text = format!("{}: {failure}", coloured("error", AnsiColor::Red));
+        let mut text = format!("{}: {}", coloured("error", AnsiColor::Red), with_flags(&failure.to_string()));
         for cause in failure.causes() {
-            text += &format!("\n  because: {cause}");
+            text += &format!("\n  because: {}", with_flags(&cause));
         }
         let _ = writeln!(anstream::stderr(), "{text}");
     }
     if reader() == Reader::Program {
-        let document = json::Document {
-            schema: json::SCHEMA,
+        let document = document::Document {
+            schema: document::SCHEMA,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: command.to_owned(),
             exit_code: code,
             warnings: std::mem::take(&mut *WARNINGS.lock().unwrap_or_else(PoisonError::into_inner)),
-            error: done.err().map(|failure| json::Fault {
-                kind: failure.kind(),
-                message: failure.to_string(),
-                causes: failure.causes(),
+            error: done.err().map(|failure| document::Fault {
+                kind: kind(&failure),
+                message: with_flags(&failure.to_string()),
+                causes: failure.causes().iter().map(|cause| with_flags(cause)).collect(),
             }),
             result: RESULT.lock().unwrap_or_else(PoisonError::into_inner).take(),
         };

@@ -1,20 +1,26 @@
 //! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what both see.
 
 use super::{
-    bench::{exit_face_in_words, exit_face_of, scene_of},
     console::{self, say, say_part},
-    error::{Failure, error_limit},
-    json,
-    length::Length,
-    otherwise::seen_otherwise,
+    machine::Machine,
+    outcome::error_limit,
     outputs,
-    placed::{self, Placing},
     progress::TerminalProgress,
-    side_file::{self, SideFile},
+    side_files::{self, open_block},
+    verify::PlacingArgs,
+};
+use crate::{
+    failure::Failure,
+    record::document,
+    solver::Progress,
+    spec::{Length, name_of},
+    study::{
+        bench::{exit_face_in_words, exit_face_of, scene_of},
+        changed::changed_bench,
+    },
 };
 use clap::ValueEnum;
 use glam::DVec2;
-use glasswarp::solver::Progress;
 use glasswarp_verify::{
     Image,
     crosscheck::{
@@ -33,7 +39,7 @@ pub(crate) struct CrosscheckArgs {
     block: PathBuf,
 
     #[command(flatten)]
-    placing: Placing,
+    placing: PlacingArgs,
 
     /// The renderer
     #[arg(long, value_name = "RENDERER")]
@@ -101,8 +107,8 @@ enum Mode {
 const CONTESTED: f64 = 1e-3;
 
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
-    let side = SideFile::of_block(&args.block, args.bench.as_deref(), "")?;
-    let (mesh, block, warnings) = placed::open_block(&args.block, Some(&side), args.placing)?;
+    let side = side_files::of_block(&args.block, args.bench.as_deref())?;
+    let (mesh, block, warnings) = open_block(&args.block, Some(&side), args.placing.placing())?;
     warnings.into_iter().for_each(console::warn);
     let renderer = match args.with {
         RendererName::Povray => Renderer::PovRay,
@@ -110,20 +116,18 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         RendererName::Mitsuba => Renderer::Mitsuba,
         RendererName::Luxcore => Renderer::LuxCore,
     };
-    let folder = args
-        .scene
-        .clone()
-        .unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", super::settings::name_of(args.with))));
+    let folder =
+        args.scene.clone().unwrap_or_else(|| args.block.with_extension(format!("crosscheck-{}", name_of(args.with))));
     let mut written = renderer.files(args.mode == Mode::Image);
     if args.mode == Mode::Image {
         written.extend(IMAGES.iter().flat_map(|name| ["exr", "png"].map(|extension| format!("{name}.{extension}"))));
     }
     // A folder that is not there yet holds nothing that could be replaced, and is made with the scene.
     let written = written.iter().filter(|_| folder.is_dir()).map(|name| folder.join(name));
-    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().chain([&folder]).map(PathBuf::as_path), written)?;
-    let scene = scene_of(&side.bench, &side.design)?;
-    let mut scene = seen_otherwise(scene, Some(&block), args.ior, args.distance.map(|length| length.mm))?;
+    let scene = scene_of(&side.bench, &side.design, &Machine)?;
+    let mut scene = changed_bench(scene, Some(&block), args.ior, args.distance.map(|length| length.mm))?;
     // Image mode averages eight pixels.
     let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
     let pixels = |size: DVec2| {
@@ -139,13 +143,13 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         exit_face_in_words(exit_face_of(&scene)),
         scene.distance_mm
     );
-    let found = json::Crosscheck {
+    let found = document::Crosscheck {
         renderer: renderer.name().to_owned(),
         scene: folder.display().to_string(),
         map: None,
         image: Vec::new(),
     };
-    console::result(json::Result::Crosscheck(found.clone()));
+    console::result(document::Result::Crosscheck(found.clone()));
     match args.mode {
         Mode::Map => {
             let (nx, ny) = pixels(block.size_mm());
@@ -156,7 +160,10 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             }
             let agreement = study.compare_map(&job, &ours).map_err(failed)?;
             print_map(&agreement, job.quantum_mm());
-            console::result(json::Result::Crosscheck(json::Crosscheck { map: Some(map_to_json(&agreement)), ..found }));
+            console::result(document::Result::Crosscheck(document::Crosscheck {
+                map: Some(map_document(&agreement)),
+                ..found
+            }));
             demand_map(&agreement, args.max_difference)
         }
         Mode::Image => {
@@ -168,7 +175,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             let (agreement, theirs) = study.compare_image(&job, &ours).map_err(failed)?;
             write_images(&folder, &ours, &theirs)?;
             print_image(&agreement);
-            console::result(json::Result::Crosscheck(json::Crosscheck { image: levels(&agreement), ..found }));
+            console::result(document::Result::Crosscheck(document::Crosscheck { image: levels(&agreement), ..found }));
             demand_image(&agreement, args.max_difference)
         }
     }
@@ -190,10 +197,12 @@ fn rendered(args: &CrosscheckArgs, job: &Job) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn map_to_json(agreement: &MapAgreement) -> json::MapAgreement {
-    let distances =
-        |d: &Distances| json::Distances { rms_mm: json::finite(d.rms_mm), worst_mm: json::finite(d.worst_mm) };
-    json::MapAgreement {
+fn map_document(agreement: &MapAgreement) -> document::MapAgreement {
+    let distances = |d: &Distances| document::Distances {
+        rms_mm: document::finite(d.rms_mm),
+        worst_mm: document::finite(d.worst_mm),
+    };
+    document::MapAgreement {
         rays: agreement.rays,
         contested: agreement.contested,
         smooth: distances(&agreement.smooth),
@@ -201,12 +210,12 @@ fn map_to_json(agreement: &MapAgreement) -> json::MapAgreement {
     }
 }
 
-fn levels(agreement: &ImageAgreement) -> Vec<json::ImageLevel> {
-    let level = |level: &ImageLevel| json::ImageLevel {
+fn levels(agreement: &ImageAgreement) -> Vec<document::ImageLevel> {
+    let level = |level: &ImageLevel| document::ImageLevel {
         pixels: level.pixels,
-        rel_rms: json::finite(level.rel_rms),
-        noise: json::finite(level.noise),
-        without_noise: json::finite(level.without_noise),
+        rel_rms: document::finite(level.rel_rms),
+        noise: document::finite(level.noise),
+        without_noise: document::finite(level.without_noise),
     };
     agreement.levels.iter().map(level).collect()
 }
@@ -236,11 +245,11 @@ fn demand_map(agreement: &MapAgreement, limit: Option<f64>) -> Result<(), Failur
     if rms.is_nan() || rms > limit {
         let what =
             format!("the landing points differ by {rms:.5} mm rms, above the limit of {limit} (--max-difference)");
-        return Err(Failure::FellShort(what));
+        return Err(Failure::BelowThreshold(what));
     }
     let (contested, rays) = (agreement.contested, agreement.rays);
     if contested as f64 > CONTESTED * rays as f64 {
-        return Err(Failure::FellShort(format!("{contested} rays land by one of both only, {rays} by both")));
+        return Err(Failure::BelowThreshold(format!("{contested} rays land by one of both only, {rays} by both")));
     }
     Ok(())
 }
@@ -267,7 +276,7 @@ fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Fa
         Failure::Usage("there are too few pixels to compare (--max-difference): take more --pixels".into())
     })?;
     if level.rel_rms.is_nan() || level.rel_rms > limit {
-        return Err(Failure::FellShort(format!(
+        return Err(Failure::BelowThreshold(format!(
             "the caustics differ by {:.4} (relative RMS at {} pixels), above the limit of {limit} (--max-difference)",
             level.rel_rms, level.pixels
         )));

@@ -1,30 +1,49 @@
 //! `glasswarp design`: from a picture to files, and a judgement of what was written.
 
 use super::{
-    bench::{self, exit_face_in_words, receiver_in_words},
-    budget,
     console::{self, say},
-    error::{Failure, error_limit},
     files::{self, Files},
-    finish::Finished,
-    imperfect::Seen,
-    json, memory,
-    opinion::{Opinion, draw_weakness},
-    outputs,
-    page::{self, DesignPage, Portrait},
-    plan::Plan,
+    machine::Machine,
+    memory,
+    outcome::{error_limit, unless_within},
+    outputs, print,
     progress::TerminalProgress,
-    settings::{Settings, name_of},
-    toml_file,
+    report_files::{self, file_record},
+    side_files::{self, file_name, hash_of, origin_of, path_beside},
 };
-use glasswarp::{
+use crate::{
     export::{Format, HeightMapFormat},
     fabricate::{Cutter, Pass},
+    failure::Failure,
     optim::Termination,
     pipeline::Block,
+    record::document,
+    report::{
+        FileRecord,
+        pages::{
+            self,
+            design::{BlockDrawings, DesignPage, WEAKNESS},
+        },
+        write_png,
+    },
     solid::Origin,
     solver::Progress,
+    spec::{
+        self, Settings,
+        mistakes::{self, is_toml},
+        name_of,
+    },
+    study::{
+        bench::{bench_document, exit_face_in_words, receiver_in_words},
+        budget::BudgetStep,
+        design::Plan,
+        finish::Finished,
+        imperfect::ImperfectView,
+        judge::Judgement,
+        verification::DesignVerification,
+    },
 };
+use image::GrayImage;
 use std::{
     path::{Path, PathBuf},
     sync::LazyLock,
@@ -49,7 +68,7 @@ pub(crate) struct DesignArgs {
     /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they then tell where its tip goes. For
     /// programs that move the tool to the heights of the picture
     #[arg(long, value_name = "CUTTER", requires = "height_map")]
-    pub(crate) height_map_cutter: Option<Cutter>,
+    height_map_cutter: Option<Cutter>,
 
     #[command(flatten)]
     settings: Settings,
@@ -75,94 +94,139 @@ pub(crate) struct DesignArgs {
     no_report: bool,
 }
 
-impl DesignArgs {
-    pub(crate) fn is_verified(&self) -> bool {
-        !self.no_verify
-    }
-
-    pub(crate) fn ignores_memory(&self) -> bool {
-        self.ignore_memory
-    }
-}
-
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
-    let Task { plan, outputs, report } = task(args)?;
-    let expected = memory::check(&plan, &outputs, args)?;
-    // Before hours are spent on a picture that is read in two ways.
-    let wanted = if args.no_verify { None } else { Some(plan.wanted()?) };
     let progress = TerminalProgress::new();
+    let Task { plan, outputs, report } = task(args, &progress)?;
+    let expected = memory::check(&plan, &outputs, !args.no_verify, args.ignore_memory)?;
+    // Before hours are spent on a picture that is read in two ways.
+    let target = if args.no_verify { None } else { Some(plan.target_light(&Machine)?) };
     let start = Instant::now();
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
     let solved = start.elapsed();
     progress.begin("writing files and tracing", 0);
-    let task = files::Task { plan: &plan, block: &block, outputs: &outputs, args };
-    let portrait = LazyLock::new(|| Portrait::of(&block, &plan.bench));
-    let (Files { notes, others }, opinion) = files::make(&task, |first| {
+    let task = files::Task {
+        plan: &plan,
+        block: &block,
+        outputs: &outputs,
+        tip: args.height_map_cutter,
+        verified: !args.no_verify,
+    };
+    let drawings = LazyLock::new(|| BlockDrawings::of(&block, &plan.bench));
+    let first = files::first(&outputs);
+    let name = file_name(&outputs[first]);
+    let (Files { notes, others }, verification) = files::make(&task, first, |first| {
         if report.is_some() || !args.no_verify {
             // Before there is a file to look at.
-            LazyLock::force(&portrait);
+            LazyLock::force(&drawings);
         }
-        wanted.as_ref().map_or(Ok(None), |wanted| Opinion::of(&plan, wanted, &block, first))
+        let Some(target) = &target else { return Ok(None) };
+        let mesh = || first.mesh().map(|mesh| mesh.moved(origin_of(&first.side, first.path)));
+        let side = (name.as_str(), &first.side.bench, &first.side.design);
+        DesignVerification::of(&plan, target, &block, side, mesh, &Machine)
     })?;
-    let mut opinion = opinion?;
-    opinion.as_mut().map_or(Ok(()), |opinion| opinion.add(others))?;
+    let mut verification = verification?;
+    if let Some(verification) = &mut verification {
+        for (path, mesh) in others {
+            verification.add(&file_name(&path), mesh)?;
+        }
+    }
     progress.begin("drawing", 0);
-    let draw = || match &opinion {
-        Some(opinion) => opinion.draw(&plan, &outputs[0], &portrait),
-        None => draw_weakness(&plan, &outputs[0], &block),
-    };
+    let draw = || draw(&plan, verification.as_ref(), &block, &drawings, &outputs[0]);
     let write_page = || {
         let Some(path) = &report else { return Ok(()) };
-        let (opinion, portrait) = (opinion.as_ref(), &*portrait);
-        DesignPage { plan: &plan, outputs: &outputs, block: &block, portrait, opinion, notes: &notes, solved }
-            .write(path)
+        DesignPage {
+            plan: &plan,
+            title: stem(&outputs[0]),
+            picture: (file_name(&plan.picture), hash_of(&plan.picture)?),
+            files: file_records(&outputs)?,
+            command: report_files::command(),
+            block: &block,
+            drawings: &drawings,
+            verification: verification.as_ref(),
+            notes: &notes,
+            solved,
+        }
+        .write(path)
     };
     let (pictures, written) = rayon::join(draw, write_page);
     progress.finish();
     let pictures = pictures?;
     written?;
-    print_summary(&plan, &outputs, &block, solved, &notes)?;
+    print_summary(&plan, &outputs, &block, solved, &notes);
     if !pictures.is_empty() {
         say!("  pictures       {}", list(&pictures));
     }
     if let Some(path) = &report {
         say!("  report         {}", path.display());
     }
-    if let Some(opinion) = &opinion {
-        opinion.judgement.print();
-        budget::print(&opinion.steps, plan.bench.distance_mm());
-        opinion.finished.iter().for_each(Finished::print);
-        opinion.seen.iter().for_each(|seen| seen.print(&plan.settings));
+    if let Some(verification) = &verification {
+        print::judgement(&verification.judgement);
+        print::budget(&verification.steps, plan.bench.distance_mm());
+        verification.finished.iter().for_each(print::finished);
+        verification.imperfect.iter().for_each(|view| print::imperfect(view, &plan.settings));
     }
     for warning in &block.summary.warnings {
         console::warn(warning);
     }
-    console::result(json::Result::Design(Box::new(json::Design {
-        files: json::texts(&outputs),
-        pictures: json::texts(&[pictures, report.into_iter().collect()].concat()),
-        block: json::Block::of(&plan, &block),
-        bench: bench::to_json(&plan.scene()?, block.solid.entry_z_mm()),
-        solver: solver_to_json(&plan, &block, solved),
+    let checked = verification.as_ref();
+    console::result(document::Result::Design(Box::new(document::Design {
+        files: document::texts(&outputs),
+        pictures: document::texts(&[pictures, report.into_iter().collect()].concat()),
+        block: plan.document(&block),
+        bench: bench_document(&plan.scene, block.solid.entry_z_mm()),
+        solver: solver_document(&plan, &block, solved),
         notes: plan.understood.line().map(|line| format!("picture: {line}")).into_iter().chain(notes).collect(),
-        judgement: opinion.as_ref().map(|opinion| opinion.judgement.to_json()),
-        budget: opinion.iter().flat_map(|opinion| &opinion.steps).map(json::BudgetStep::from).collect(),
-        finished: opinion.as_ref().and_then(|opinion| opinion.finished.as_ref()).map(Finished::to_json),
-        imperfect: opinion.as_ref().and_then(|opinion| opinion.seen.as_ref()).map(Seen::to_json),
+        judgement: checked.map(|verification| verification.judgement.document()),
+        budget: checked.iter().flat_map(|verification| &verification.steps).map(BudgetStep::document).collect(),
+        finished: checked.and_then(|verification| verification.finished.as_ref()).map(Finished::document),
+        imperfect: checked.and_then(|verification| verification.imperfect.as_ref()).map(ImperfectView::document),
         expected_memory: expected.0,
     })));
-    let Some(Opinion { seen, finished, judgement, .. }) = opinion else { return Ok(()) };
-    judgement.demand_agreement()?;
-    match (seen, finished) {
-        (Some(seen), _) => seen.demand(args.max_error),
-        (None, Some(finished)) => finished.demand(args.max_error),
-        (None, None) => judgement.demand(args.max_error),
+    let Some(DesignVerification { imperfect, finished, judgement, .. }) = &verification else { return Ok(()) };
+    demand(judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
+}
+
+/// Draws what was judged, or the solver's own view of where light will be wrong, beside the first output.
+fn draw(
+    plan: &Plan,
+    verification: Option<&DesignVerification<'_>>,
+    block: &Block,
+    drawings: &BlockDrawings,
+    output: &Path,
+) -> Result<Vec<PathBuf>, Failure> {
+    let write = |kind: &'static str, picture: &GrayImage| {
+        let path = files::picture_of(output, kind);
+        write_png(&path, picture).map_err(Failure::writing)?;
+        Ok(path)
+    };
+    match verification {
+        Some(verification) => pages::design::draw(plan, verification, drawings, write),
+        None => pages::design::weakness(plan, block).iter().map(|picture| write(WEAKNESS, picture)).collect(),
     }
 }
 
-fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
-    json::Solver {
+/// Fails if photons and beams contradict each other, or the error in the light that there is, after the finish or else in perfect
+/// light exceeds a limit.
+pub(super) fn demand(
+    judgement: &Judgement,
+    finished: Option<&Finished>,
+    imperfect: Option<&ImperfectView>,
+    limit: Option<f64>,
+) -> Result<(), Failure> {
+    judgement.demand_agreement()?;
+    let (error, when) = match (imperfect, finished, &judgement.verdict) {
+        (Some(view), ..) => (view.rel_rms(), " in the light that there is"),
+        (None, Some(finished), _) => (finished.view.metrics.rel_rms, " after the finish"),
+        (None, None, Some(verdict)) => (verdict.metrics.rel_rms, ""),
+        (None, None, None) => return Ok(()),
+    };
+    unless_within(limit, error, "the caustic's", when)
+}
+
+fn solver_document(plan: &Plan, block: &Block, solved: Duration) -> document::Solver {
+    document::Solver {
         name: name_of(plan.solver),
         iterations: block.summary.iterations(),
         seconds: solved.as_secs_f64(),
@@ -182,8 +246,8 @@ struct Task {
     report: Option<PathBuf>,
 }
 
-fn task(args: &DesignArgs) -> Result<Task, Failure> {
-    let (settings, picture) = Settings::of(&args.picture, &args.settings)?;
+fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure> {
+    let (settings, picture) = spec::settings(&args.picture, &args.settings, &Machine)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
     for output in &outputs {
@@ -193,17 +257,37 @@ fn task(args: &DesignArgs) -> Result<Task, Failure> {
         HeightMapFormat::from_path(map).map_err(Failure::refused)?;
     }
     let outputs = [outputs, args.height_map.clone()].concat();
-    let report = page::path(args.report.as_deref(), args.no_report, &outputs[0])?;
+    let report = report_files::path(args.report.as_deref(), args.no_report, &outputs[0])?;
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
-    let derived = files::derived(&outputs, &settings, args.is_verified());
+    let derived = files::derived(&outputs, &settings, !args.no_verify);
     let written = outputs.iter().cloned().chain(derived).chain(report.clone());
     outputs::plan(inputs.into_iter().chain(settings.files()), written)?;
-    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
+    let plan = Plan::new(picture, settings, &Machine, progress).map_err(|failure| placed(failure, &args.picture))?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
     }
     Ok(Task { plan, outputs, report })
+}
+
+/// A refusal with the lines of the design file that it speaks of, if `named` is one.
+pub(super) fn placed(refusal: Failure, named: &Path) -> Failure {
+    let text = if is_toml(named) { std::fs::read_to_string(named).unwrap_or_default() } else { String::new() };
+    mistakes::placed(refusal, &text, named)
+}
+
+/// The name of a file without its extension.
+pub(super) fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Files with what they are, their lengths and hashes, which side files know already.
+fn file_records(outputs: &[PathBuf]) -> Result<Vec<FileRecord>, Failure> {
+    let mut sides: Vec<PathBuf> = outputs.iter().map(|path| path_beside(path)).collect();
+    sides.dedup();
+    let known: Vec<_> = sides.iter().filter_map(|side| side_files::find(side, Some(side)).ok().flatten()).collect();
+    let recorded = |path: &Path| known.iter().find_map(|side| side.files.get(&file_name(path)).cloned());
+    outputs.iter().chain(&sides).map(|path| file_record(path, recorded(path))).collect()
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {
@@ -215,13 +299,7 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 }
 
 /// Prints what was made.
-fn print_summary(
-    plan: &Plan,
-    outputs: &[PathBuf],
-    block: &Block,
-    solved: Duration,
-    notes: &[String],
-) -> Result<(), Failure> {
+fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
     say!("{}", list(outputs));
     if let Some(line) = plan.understood.line() {
@@ -263,9 +341,9 @@ fn print_summary(
     if solid.shape().origin != Origin::Exit {
         say!("  origin         {}", solid.shape().origin.place());
     }
-    say!("  light          {}", plan.light_in_words(solid.entry_z_mm())?);
+    say!("  light          {}", plan.light_in_words(solid.entry_z_mm()));
     say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
-    plan.intent.print();
+    print::requirements(&plan.requirements);
     let stopped = levels_at_limit(block);
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
@@ -284,7 +362,6 @@ fn print_summary(
     for note in notes {
         say!("  {note}");
     }
-    Ok(())
 }
 
 fn list(paths: &[PathBuf]) -> String {

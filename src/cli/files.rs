@@ -1,18 +1,23 @@
 //! The files of a design: each is written, hashed and read back while others still are, and a side file lies beside them.
 
 use super::{
-    design::DesignArgs,
-    error::Failure,
-    judge, opinion,
-    plan::Plan,
-    settings::Settings,
-    side_file::{self, BenchRecord, SideFile},
+    machine::{Machine, read_bare_mesh, read_mesh},
+    side_files::{self, file_name, hash_of},
 };
-use glasswarp::{
+use crate::{
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
+    fabricate::Cutter,
+    failure::Failure,
     grid::Outline,
     pipeline::Block,
-    report,
+    record::{PictureRecord, SideFile},
+    report::{pages::design::pictures, write_png},
+    spec::Settings,
+    study::{
+        bench::record_of,
+        design::Plan,
+        side_record::{height_map_entries, side_file},
+    },
 };
 use glasswarp_verify::Mesh;
 use std::{
@@ -31,7 +36,10 @@ pub(crate) struct Task<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) block: &'a Block,
     pub(crate) outputs: &'a [PathBuf],
-    pub(crate) args: &'a DesignArgs,
+    /// The cutter for which height maps are offset.
+    pub(crate) tip: Option<Cutter>,
+    /// Whether files are read back.
+    pub(crate) verified: bool,
 }
 
 /// The files of a design.
@@ -45,7 +53,7 @@ pub(crate) struct Files {
 /// The file that is judged: the first STL, or without one the first output. It is what a shop would get.
 pub(crate) struct First<'a> {
     pub(crate) path: &'a Path,
-    /// Its side file as it will be, which is what a stranger will have.
+    /// Its side file as it will be read, which is what a stranger will have.
     pub(crate) side: SideFile,
     mesh: mpsc::Receiver<Mesh>,
 }
@@ -59,14 +67,19 @@ impl First<'_> {
 
 /// What is written besides the outputs themselves and the report: side files, masks of height maps, and pictures.
 pub(crate) fn derived(outputs: &[PathBuf], settings: &Settings, verified: bool) -> BTreeSet<PathBuf> {
-    let side_files = outputs.iter().map(|output| side_file::path_beside(output));
+    let side_files = outputs.iter().map(|output| side_files::path_beside(output));
     let has_masks = settings.outline.is_some_and(|outline| outline.0 != Outline::Rectangle);
     let masks = outputs
         .iter()
         .filter(|output| has_masks && HeightMapFormat::from_path(output).is_ok())
         .map(|output| mask_of(output));
-    let pictures = opinion::pictures(settings, verified).into_iter().map(|kind| opinion::picture_of(&outputs[0], kind));
+    let pictures = pictures(settings, verified).into_iter().map(|kind| picture_of(&outputs[0], kind));
     side_files.chain(masks).chain(pictures).collect()
+}
+
+/// Where a picture of a design lies.
+pub(crate) fn picture_of(output: &Path, kind: &str) -> PathBuf {
+    output.with_extension(format!("{kind}.png"))
 }
 
 /// Where the mask of a height map lies.
@@ -81,28 +94,33 @@ struct Made {
     mesh: Option<Mesh>,
 }
 
-/// Writes every file and the side files, and reads back what is judged. Meanwhile the first of them can be looked at.
-pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> T) -> Result<(Files, T), Failure> {
-    let Task { plan, block, outputs, args } = *task;
+/// Which of the outputs is judged: the first STL, or without one the first.
+pub(crate) fn first(outputs: &[PathBuf]) -> usize {
+    outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0)
+}
+
+/// Writes every file and the side files, and reads back what is judged. Meanwhile the `first` of them can be looked at.
+pub(crate) fn make<'a, T>(
+    task: &Task<'a>,
+    first: usize,
+    meanwhile: impl FnOnce(First<'a>) -> T,
+) -> Result<(Files, T), Failure> {
+    let Task { plan, block, outputs, tip, .. } = *task;
     let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
-    let height_map = wants_map.then(|| match args.height_map_cutter {
+    let height_map = wants_map.then(|| match tip {
         Some(cutter) => HeightMap::of_tips(&block.solid, cutter),
         None => HeightMap::of(&block.solid),
     });
     let height_map = height_map.as_ref();
-    let bench = BenchRecord::of(&plan.bench).with(&block.solid);
-    let record = |outputs| side_file::Record {
-        picture: &plan.picture,
-        settings: &plan.settings,
-        bench: &bench,
-        solver: plan.solver,
-        solid: &block.solid,
-        height_map,
-        done: None,
-        outputs,
+    let sources = PictureRecord {
+        sha256: hash_of(&plan.picture)?,
+        beam_sha256: plan.settings.beam.as_deref().map(hash_of).transpose()?,
     };
-    let first = outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0);
-    let side = SideFile::foresee(&side_file::path_beside(&outputs[first]), &record(&[]))?;
+    let settings = Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
+    let (emission, bench) = (settings.emission.as_ref(), record_of(&plan.bench));
+    let record = side_file(&settings, bench, &block.solid, sources, emission, &Machine)?;
+    let beside = side_files::path_beside(&outputs[first]);
+    let side = SideFile::parse(&side_files::text(&record, &beside)?, &beside)?;
     // Text takes longest, and begins.
     let mut order: Vec<usize> = (0..outputs.len()).collect();
     order.sort_by_key(|&k| !matches!(Format::from_path(&outputs[k]), Ok(Format::Obj | Format::Step)));
@@ -119,7 +137,7 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
             let work = move || {
                 while let Some(&k) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                     // Of the others the vertices are compared.
-                    let read = if k == first { judge::read } else { judge::read_bare };
+                    let read = if k == first { read_mesh } else { read_bare_mesh };
                     let mut outcome = make_one(task, &outputs[k], height_map, read);
                     if let (Ok(Made { mesh, .. }), true) = (&mut outcome, k == first) {
                         // Nobody may wait for it any more.
@@ -139,18 +157,25 @@ pub(crate) fn make<'a, T>(task: &Task<'a>, meanwhile: impl FnOnce(First<'a>) -> 
     for (output, Made { note, sha256, mesh }) in outputs.iter().zip(made) {
         notes.extend(note);
         others.extend(mesh.map(|mesh| (output.clone(), mesh)));
-        sets.entry(side_file::path_beside(output)).or_default().push((output, sha256));
+        sets.entry(side_files::path_beside(output)).or_default().push((output, sha256));
     }
     if let Some((map, mask)) = height_map.and_then(|map| Some((map, map.mask()?))) {
         let maps = outputs.iter().filter(|output| HeightMapFormat::from_path(output).is_ok());
         let masks: BTreeSet<PathBuf> = maps.map(|map| mask_of(map)).collect();
         for path in masks {
-            report::write_png(&path, &mask).map_err(Failure::writing)?;
+            write_png(&path, &mask).map_err(Failure::writing)?;
             notes.push(format!("{}: white where the block is; beyond it {} goes on", path.display(), map.subject()));
         }
     }
-    for (path, outputs) in &sets {
-        side_file::write(path, &record(outputs))?;
+    for (path, outputs) in sets {
+        let mut side = record.clone();
+        for (output, hash) in outputs {
+            if let (Some(map), true) = (height_map, HeightMapFormat::from_path(output).is_ok()) {
+                side.height_maps.insert(file_name(output), height_map_entries(map));
+            }
+            side.files.insert(file_name(output), hash);
+        }
+        side_files::write(&side, &path)?;
     }
     Ok((Files { notes, others }, looked))
 }
@@ -162,7 +187,7 @@ fn make_one(
     height_map: Option<&HeightMap>,
     read: fn(&Path) -> Result<Mesh, Failure>,
 ) -> Result<Made, Failure> {
-    let Task { plan, block, args, .. } = *task;
+    let Task { plan, block, tip, verified, .. } = *task;
     let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
     let format = Format::from_path(output);
@@ -180,9 +205,9 @@ fn make_one(
             None
         }
     };
-    let sha256 = side_file::hash_of(output)?;
+    let sha256 = hash_of(output)?;
     // The way of a tip is no face that light could be traced through.
-    let is_judged = args.is_verified() && (args.height_map_cutter.is_none() || format.is_ok());
+    let is_judged = verified && (tip.is_none() || format.is_ok());
     let mesh = is_judged.then(|| read(output)).transpose()?;
     Ok(Made { note, sha256, mesh })
 }

@@ -1,21 +1,22 @@
 //! Memory: what a design will take, and what the machine has.
 
-use super::{design::DesignArgs, error::Failure, plan::Plan};
-use glasswarp::{
+use crate::{
     export::Format,
+    failure::Failure,
     irradiance::Picture,
     memory::{self, Bytes, Load},
     pipeline,
+    study::design::Plan,
 };
 use std::path::PathBuf;
 
 /// Refuses a design that would not fit into the memory that is free, and says what would. Returns what it is expected to take.
-pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], args: &DesignArgs) -> Result<Bytes, Failure> {
+pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], verified: bool, ignored: bool) -> Result<Bytes, Failure> {
     let cells = plan.target.cells();
     let pixels = (cells.nx(), cells.ny());
     let load = |nodes: (usize, usize)| {
         let load = Load::new(nodes, pixels, plan.memory_of_solver(pixels, nodes));
-        if !args.is_verified() {
+        if !verified {
             return load;
         }
         let with_normals = |path: &&PathBuf| matches!(Format::from_path(path), Ok(Format::Obj | Format::Glb));
@@ -26,7 +27,7 @@ pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], args: &DesignArgs) -> Resu
     let free = free();
     tracing::info!(%expected, free = free.map(tracing::field::display), "memory");
     match free {
-        Some(free) if expected > free && !args.ignores_memory() => {
+        Some(free) if expected > free && !ignored => {
             // As `Plan` makes a grid of the flag.
             let contour = plan.bench.contour();
             let at = |across: usize| {

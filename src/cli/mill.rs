@@ -1,30 +1,43 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
-    bench::exit_face_in_words,
+    check::exposure,
     console::{self, say},
-    cutters::{self, Wish},
-    error::{Failure, error_limit},
-    found_page::FoundPage,
-    json, judge,
-    length::Length,
-    otherwise::thrown_mm,
-    outputs, page, plan,
+    design::stem,
+    machine::{Machine, has_extension},
+    outcome::{error_limit, unless_within},
+    outputs,
     progress::TerminalProgress,
-    side_file::{self, BenchRecord},
-    workpiece::{View, Workpiece, look_at_scallops},
+    report_files::{self, file_record},
+    side_files::{self, file_name, hash_of, open_workpiece},
 };
-use glasswarp::{
-    export::{self, Design, Format},
-    fabricate::{Cutter, Direction, Milled, Pass, Scallop},
-    report::{self, Captioned, Cost, Facts},
-    solid::{Shape, Solid, Stock},
-    solver::Progress,
-    surface::{HeightField, Polish},
+use crate::{
+    export::{self, Format},
+    fabricate::{Cutter, Direction, Pass},
+    failure::Failure,
+    record::{PictureRecord, SideFile, WorkRecord, document},
+    report::{
+        self, Cost, Facts,
+        pages::{
+            common::{in_words, light_view, mm, pair, row},
+            found::FoundPage,
+            maps,
+        },
+    },
+    spec::{CutterList, Host, Length},
+    study::{
+        bench::{exit_face, exit_face_in_words},
+        cutters::{CutterRequirements, CutterTrial, cheapest},
+        judge,
+        mill::{MillStep, MillStudy},
+        side_record::side_file,
+        workpiece::Workpiece,
+    },
+    surface::Polish,
 };
 use glasswarp_verify::metrics;
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
@@ -86,46 +99,29 @@ pub(crate) struct MillArgs {
     max_error: Option<f64>,
 }
 
-/// A step of the work, and the light after it.
-struct Step {
-    name: String,
-    surface: HeightField,
-    view: View,
-}
-
-impl Step {
-    fn to_json(&self) -> json::MillStep {
-        let heights = self.surface.heights_mm();
-        json::MillStep {
-            name: self.name.clone(),
-            rel_rms: json::finite(self.view.metrics.rel_rms),
-            ssim: json::finite(self.view.metrics.ssim),
-            nodes: [heights.nx(), heights.ny()],
-        }
-    }
-}
-
 pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
-    for output in &args.output {
-        if !is_picture(output) {
-            Format::from_path(output).map_err(Failure::refused)?;
-        }
+    let (pictures, blocks): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        args.output.iter().partition(|output| has_extension(output, "png"));
+    for block in &blocks {
+        Format::from_path(block).map_err(Failure::refused)?;
     }
-    let report = page::path(args.report.as_deref(), args.report.is_none(), &args.block)?;
-    let blocks = || args.output.iter().filter(|output| !is_picture(output));
-    let side_files: BTreeSet<PathBuf> = blocks().map(|output| side_file::path_beside(output)).collect();
-    let inputs = side_file::inputs(&args.block, args.bench.as_deref())?;
+    let report = report_files::path(args.report.as_deref(), args.report.is_none(), &args.block)?;
+    let mut side_files: Vec<PathBuf> = blocks.iter().map(|output| side_files::path_beside(output)).collect();
+    side_files.sort();
+    side_files.dedup();
+    let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     let lists = args.cutters.iter().chain(&inputs).map(PathBuf::as_path);
     outputs::plan(lists, args.output.iter().cloned().chain(side_files).chain(report.clone()))?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
     if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
         return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
     }
-    let piece = Workpiece::open(&args.block, args.bench.as_deref(), (None, None), args.pixels as usize)?;
+    let progress = TerminalProgress::new();
+    let piece = open_workpiece(&args.block, args.bench.as_deref(), (None, None), args.pixels as usize, &progress)?;
     let pass = match (&args.cutters, args.want_error) {
         (Some(list), Some(error)) => {
-            let wish = Wish { error, direction: args.direction, allowance_mm: args.allowance.mm, polish };
-            cutters::cheapest(list, &piece, &wish)?
+            let (direction, allowance_mm) = (args.direction, args.allowance.mm);
+            choose(list, &piece, &CutterRequirements { error, direction, allowance_mm, polish })?
         }
         _ => Pass {
             cutter: args.cutter.map_or_else(|| Cutter::ball(3.0).map_err(Failure::refused), Ok)?,
@@ -134,53 +130,82 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             allowance_mm: args.allowance.mm,
         },
     };
-    pass.check(piece.surface.extent()).map_err(Failure::refused)?;
-    let steps = work(&piece, &pass, polish)?;
-    print(args, &piece, &pass, &steps)?;
-    for output in args.output.iter().filter(|output| is_picture(output)) {
-        report::write_png(output, &sheet(&piece, &steps)).map_err(Failure::writing)?;
+    let study = MillStudy::of(&piece, pass, polish, &progress);
+    progress.finish();
+    let study = study?;
+    print(args, &piece, &study);
+    for output in pictures {
+        report::write_png(output, &maps::milling(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
     }
-    let blocks: Vec<&Path> = blocks().map(PathBuf::as_path).collect();
     if !blocks.is_empty() {
-        write_blocks(args, &piece, &pass, polish, &steps[steps.len() - 1], &blocks)?;
+        write_blocks(args, &piece, &study, &blocks)?;
     }
     if let Some(path) = &report {
-        write_report(args, &piece, &pass, &steps, path)?;
+        write_report(args, &piece, &study, path)?;
         say!("\n  report         {}", path.display());
     }
-    let cost = pass.cost(&piece.surface.contour());
-    console::result(json::Result::Mill(json::Mill {
+    console::result(document::Result::Mill(document::Mill {
         file: args.block.display().to_string(),
         cutter: pass.cutter.to_string(),
         step_over_mm: pass.step_over_mm,
-        rows: cost.rows,
-        length_mm: cost.length_mm,
-        minutes: cost.minutes(args.feed.mm),
-        steps: steps.iter().map(Step::to_json).collect(),
-        files: json::texts(&args.output),
+        rows: study.cost.rows,
+        length_mm: study.cost.length_mm,
+        minutes: study.cost.minutes(args.feed.mm),
+        steps: study.steps.iter().map(MillStep::document).collect(),
+        files: document::texts(&args.output),
     }));
-    let error = steps[steps.len() - 1].view.metrics.rel_rms;
-    Failure::unless_within(args.max_error, error, "the", " in the end")
+    unless_within(args.max_error, study.last().view.metrics.rel_rms, "the", " in the end")
+}
+
+/// Tries the cutters of a list, and tells of every one.
+fn choose(path: &Path, piece: &Workpiece, requirements: &CutterRequirements) -> Result<Pass, Failure> {
+    let list = CutterList::parse(&Machine.text(path)?, path)?;
+    let progress = TerminalProgress::new();
+    say!("Cutters of {} for a relative RMS error of {}:", path.display(), requirements.error);
+    say!("  {:<28} {:>10} {:>10} {:>10} {:>9}", "cutter", "step-over", "error", "way m", "minutes");
+    let tell = |CutterTrial { name, best }: &CutterTrial| match best {
+        Some(best) => say!(
+            "  {name:<28} {:>10} {:>10.4} {:>10.1} {:>9.0}",
+            best.pass.step_over_mm,
+            best.error,
+            1e-3 * best.length_mm,
+            best.minutes
+        ),
+        None => say!("  {name:<28} {:>10}", "none"),
+    };
+    let chosen = cheapest(&list, piece, requirements, &progress, tell);
+    progress.finish();
+    match chosen? {
+        Ok(pass) => {
+            say!("Cheapest: {}, {} mm from row to row.\n", pass.cutter, pass.step_over_mm);
+            Ok(pass)
+        }
+        Err(least) => Err(Failure::BelowThreshold(format!(
+            "no cutter of {} keeps to a relative RMS error of {}: the least met was {least:.4}; polish more or less, take smaller step-overs, or ask for less",
+            path.display(),
+            requirements.error
+        ))),
+    }
 }
 
 /// Writes the report: the face as designed, the light after every step.
-fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step], path: &Path) -> Result<(), Failure> {
-    let Some(wanted) = piece.examiner.wanted().map(judge::field_of) else { return Ok(()) };
-    let (last, before) = (&steps[steps.len() - 1], &steps[..steps.len() - 1]);
+fn write_report(args: &MillArgs, piece: &Workpiece, study: &MillStudy, path: &Path) -> Result<(), Failure> {
+    let Some(target) = piece.examiner.target().map(judge::field_of) else { return Ok(()) };
+    let exposure = exposure(piece);
+    let (last, before) = (study.last(), &study.steps[..study.steps.len() - 1]);
     let light = judge::field_of(&last.view.image);
-    let note = |step: &Step| format!("{}.", page::in_words(&step.view.metrics));
-    let others = before
-        .iter()
-        .map(|step| page::pair(&step.name, &wanted, &judge::field_of(&step.view.image), piece.exposure, note(step)));
-    let costs = steps.iter().map(|step| {
-        let moved = metrics::rel_rms(&step.view.image, &steps[0].view.image).map_err(Failure::refused)?;
+    let note = |step: &MillStep| format!("{}.", in_words(&step.view.metrics));
+    let others =
+        before.iter().map(|step| pair(&step.name, &target, &judge::field_of(&step.view.image), exposure, note(step)));
+    let costs = study.steps.iter().map(|step| {
+        let moved = metrics::rel_rms(&step.view.image, &study.steps[0].view.image).map_err(Failure::refused)?;
         Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
     });
-    let cost = pass.cost(&piece.surface.contour());
+    let (pass, cost) = (&study.pass, &study.cost);
     let mut rows = vec![
-        page::row("Cutter", pass.cutter.to_string()),
-        page::row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, page::mm(pass.step_over_mm))),
-        page::row(
+        row("Cutter", pass.cutter.to_string()),
+        row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, mm(pass.step_over_mm))),
+        row(
             "Way",
             format!(
                 "{:.1} m, {:.0} min at {} per minute",
@@ -190,11 +215,13 @@ fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step],
             ),
         ),
     ];
-    if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
-        rows.push(page::row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
+    if let Some((scallop, _)) = &study.scallop {
+        rows.push(row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
     }
     FoundPage {
-        block: &args.block,
+        title: stem(&args.block),
+        file: file_record(&args.block, None)?,
+        command: report_files::command(),
         side: Some(&piece.side),
         scene: &piece.scene(),
         surface: &piece.surface,
@@ -205,179 +232,67 @@ fn write_report(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step],
             last.name
         ),
         warnings: Vec::new(),
-        exposure: piece.exposure,
-        caustic: page::light_view("Light after the work", &light, piece.exposure, note(last)),
+        exposure,
+        caustic: light_view("Light after the work", &light, exposure, note(last)),
         others: others.collect(),
         budget: costs.collect::<Result<_, Failure>>()?,
         facts: vec![Facts { title: "Work".into(), rows }],
-        wanted: Some((wanted, last.view.metrics)),
+        wanted: Some((target, last.view.metrics)),
         light,
     }
     .write(path)
 }
 
-fn is_picture(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))
-}
-
-fn work(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<Vec<Step>, Failure> {
-    let progress = TerminalProgress::new();
-    progress.begin("milling and tracing", 2 + 2 * usize::from(polish.is_some()));
-    let step = |name: &str, surface: HeightField| -> Result<Step, Failure> {
-        Ok(Step { name: name.into(), view: piece.look(&surface)?, surface })
-    };
-    let mut steps = vec![step("as designed", piece.surface.clone())?];
-    progress.advance(1);
-    let milled = mill(&piece.surface, pass)?;
-    let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
-    let (view, surface) = look_at_scallops(&piece.examiner, &piece.block, &piece.surface, milled)?;
-    steps.push(Step { name, view, surface });
-    progress.advance(2);
-    if let Some(polish) = polish {
-        let name = format!("and polished, sigma {} mm", polish.sigma_mm());
-        steps.push(step(&name, polished(&steps[1].surface, &piece.surface, polish))?);
-        progress.advance(3);
-        // The same polish without scallops tells what costs what.
-        steps.insert(
-            1,
-            step(&format!("polished alone, sigma {} mm", polish.sigma_mm()), polish.polished(&piece.surface))?,
-        );
-        progress.advance(4);
-    }
-    progress.finish();
-    Ok(steps)
-}
-
-/// The face that a pass leaves.
-pub(crate) fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
-    Milled::of(surface, *pass).map_err(Failure::refused)
-}
-
-/// A milled face after its polish, on no more nodes than it then needs and on no fewer than the design has: at a spacing of half the
-/// standard deviation the polish has left 3e-9 of the shortest wave that the nodes hold.
-pub(crate) fn polished(milled: &HeightField, design: &HeightField, polish: Polish) -> HeightField {
-    let (fine, coarse) = (milled.heights_mm(), design.heights_mm());
-    let polished = polish.polished(milled);
-    let enough = |size: f64, fine: usize, coarse: usize| {
-        let cells = 2.0 * size / polish.sigma_mm();
-        (1 + cells.ceil().clamp(0.0, 1e9) as usize).max(coarse).min(fine)
-    };
-    let extent = milled.extent();
-    let (nx, ny) = (enough(extent.width_mm, fine.nx(), coarse.nx()), enough(extent.height_mm, fine.ny(), coarse.ny()));
-    if (nx, ny) == (fine.nx(), fine.ny()) { polished } else { polished.resampled(nx, ny) }
-}
-
-fn print(args: &MillArgs, piece: &Workpiece, pass: &Pass, steps: &[Step]) -> Result<(), Failure> {
+fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
     let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
     say!(
         "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
         extent.width_mm,
         extent.height_mm,
-        exit_face_in_words(bench.exit_face()),
+        exit_face_in_words(exit_face(bench)),
         bench.distance_mm
     );
-    let cost = pass.cost(&piece.surface.contour());
+    let cost = &study.cost;
     say!(
         "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
         cost.rows,
-        pass.direction,
+        study.pass.direction,
         1e-3 * cost.length_mm,
         cost.minutes(args.feed.mm),
         args.feed
     );
-    if let Some(scallop) = Scallop::of(pass.cutter, pass.step_over_mm) {
+    if let Some((scallop, deflection_mm)) = &study.scallop {
         say!(
-            "  scallops       {:.3} um high, slope {:.5}, which throws light {:.3} mm to either side",
+            "  scallops       {:.3} um high, slope {:.5}, which throws light {deflection_mm:.3} mm to either side",
             1e3 * scallop.height_mm,
-            scallop.slope,
-            thrown_mm(&piece.block, &piece.scene(), scallop.slope, &[pass.direction.unit().perp()])?
+            scallop.slope
         );
     }
     let (nx, ny) = piece.examiner.pixels();
     say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
-    for Step { name, surface, view } in steps {
+    for MillStep { name, surface, view } in &study.steps {
         let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
         say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }
-    Ok(())
 }
 
-fn sheet(piece: &Workpiece, steps: &[Step]) -> image::GrayImage {
-    let captioned = |name: String, image: &glasswarp_verify::Image| Captioned {
-        caption: name,
-        picture: report::irradiance_picture(&judge::field_of(image), piece.exposure),
+/// Writes the block as it is in the end, and its side files.
+fn write_blocks(args: &MillArgs, piece: &Workpiece, study: &MillStudy, outputs: &[&PathBuf]) -> Result<(), Failure> {
+    let (solid, bench, done) = study.result(piece)?;
+    let design = study.export_design(piece, &stem(&args.block));
+    let settings = &piece.side.design;
+    let sources = PictureRecord {
+        sha256: settings.picture.as_deref().map_or_else(|| Ok(String::new()), hash_of)?,
+        beam_sha256: settings.beam.as_deref().map(hash_of).transpose()?,
     };
-    let mut pictures: Vec<Captioned> =
-        piece.examiner.wanted().into_iter().map(|wanted| captioned("target".into(), wanted)).collect();
-    for step in steps {
-        let caption = format!("{}: {:.4}, ssim {:.4}", step.name, step.view.metrics.rel_rms, step.view.metrics.ssim);
-        pictures.push(captioned(caption, &step.view.image));
-    }
-    report::contact_sheet(&pictures, 3, 420)
-}
-
-/// A file of this many nodes has a gigabyte as STL.
-const MOST_FILE_NODES: usize = 10_000_000;
-
-/// Writes the block as it is in the end, and its side files, on the nodes of the design where these hold it: after a polish that leaves nothing of the
-/// scallops.
-fn write_blocks(
-    args: &MillArgs,
-    piece: &Workpiece,
-    pass: &Pass,
-    polish: Option<Polish>,
-    last: &Step,
-    outputs: &[&Path],
-) -> Result<(), Failure> {
-    let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
-    let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
-    let surface = if smooth { last.surface.resampled(nx, ny) } else { last.surface.clone() };
-    let nodes = surface.heights_mm().as_slice().len();
-    if nodes > MOST_FILE_NODES {
-        return Err(Failure::Usage(format!(
-            "a file with every scallop takes {nodes} nodes, more than {MOST_FILE_NODES}: take a larger step-over, or polish with at least --polish {}mm, after which the design's own nodes hold the face",
-            pass.step_over_mm
-        )));
-    }
-    // The entry face stays where it is, and so does what stands around the exit face, which has its skirt already.
-    let shape = Shape { skirt_mm: 0.0, ..plan::shape(&piece.side.design)? };
-    let rise_mm = shape.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0));
-    let thickness_mm = Solid::highest_mm(&surface) + rise_mm - piece.block.entry_z_mm();
-    let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
-    let solid = Solid::shaped(&surface, stock, shape).map_err(Failure::refused)?;
-    let name = args.block.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let before = &piece.side.bench;
-    let design =
-        Design { name: format!("{name} milled"), exit_face: before.exit_face(), distance_mm: before.distance_mm };
-    let mut sets: BTreeMap<PathBuf, Vec<(&Path, String)>> = BTreeMap::new();
+    let side = side_file(settings, bench, &solid, sources, settings.emission.as_ref(), &Machine)?;
+    let mut sets: BTreeMap<PathBuf, SideFile> = BTreeMap::new();
     for output in outputs {
         export::export(output, &solid, &design).map_err(Failure::exporting)?;
-        sets.entry(side_file::path_beside(output)).or_default().push((output, side_file::hash_of(output)?));
+        let side = sets.entry(side_files::path_beside(output)).or_insert_with(|| side.clone());
+        side.files.insert(file_name(output), hash_of(output)?);
+        side.work = Some(WorkRecord { done: done.clone() });
     }
-    let bench = BenchRecord {
-        entry_z_mm: solid.entry_z_mm(),
-        relief_mm: surface.relief_mm(),
-        thinnest_mm: solid.thinnest_mm(),
-        ..piece.side.bench.clone()
-    };
-    let allowance = if pass.allowance_mm > 0.0 { format!(", leaving {} mm", pass.allowance_mm) } else { String::new() };
-    let polished = polish.map(|p| format!(", polished with sigma {} mm", p.sigma_mm())).unwrap_or_default();
-    let before = piece.side.work.as_ref().map(|work| format!("{}; ", work.done)).unwrap_or_default();
-    let done = format!(
-        "{before}milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
-        pass.cutter, pass.step_over_mm, pass.direction
-    );
-    let settings = &piece.side.design;
-    let record = |outputs| side_file::Record {
-        picture: settings.picture.as_deref().unwrap_or(Path::new("")),
-        settings,
-        bench: &bench,
-        solver: settings.solver.unwrap_or_default(),
-        solid: &solid,
-        height_map: None,
-        done: Some(&done),
-        outputs,
-    };
-    sets.iter().try_for_each(|(path, outputs)| side_file::write(path, &record(outputs)))
+    sets.iter().try_for_each(|(path, side)| side_files::write(side, path))
 }

@@ -3,53 +3,29 @@
 // What is said goes through `console`.
 #![deny(clippy::print_stdout, clippy::print_stderr)]
 
-mod angle;
-mod bench;
-mod budget;
 mod check;
-mod conflicts;
 mod console;
 mod crosscheck;
-mod cutters;
 mod design;
-mod diagnosis;
-mod error;
 mod files;
-mod finish;
-mod found_page;
-#[cfg(test)]
-mod hostile_toml;
-mod imperfect;
-mod json;
-mod judge;
-mod lamp;
-mod length;
+mod machine;
 mod memory;
 mod mill;
-mod opinion;
-mod otherwise;
+mod outcome;
 mod outputs;
-mod page;
-mod placed;
-mod plan;
 mod presets;
 mod preview;
+mod print;
 mod progress;
-mod quantity;
-mod reference;
-mod settings;
+mod report_files;
 mod shards;
-mod side_file;
+mod side_files;
 mod sweep;
-mod tolerance;
-mod toml_file;
 mod verify;
-mod white;
-mod workpiece;
 
+use crate::{failure::Failure, record::document};
 use clap::{CommandFactory, Parser, Subcommand};
 use console::{Reader, say};
-use error::Failure;
 use std::{path::PathBuf, process::ExitCode};
 
 const EXAMPLE: &str = "\
@@ -166,7 +142,8 @@ impl Command {
 }
 
 /// Parses, runs, and reports.
-pub(crate) fn run() -> ExitCode {
+pub fn run() -> ExitCode {
+    outcome::learn_flags(&Cli::command());
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         // A program is told in its own way.
@@ -180,7 +157,7 @@ pub(crate) fn run() -> ExitCode {
     outputs::force(cli.force);
     // Nothing half-written stays behind: outputs are written under another name until they are whole.
     let handler = ctrlc::set_handler(|| {
-        let _held = glasswarp::export::remove_unfinished();
+        let _held = crate::export::remove_unfinished();
         console::interrupted();
         std::process::exit(130);
     });
@@ -193,22 +170,22 @@ pub(crate) fn run() -> ExitCode {
 fn materials() {
     say!("{:<14} {:>7}  description", "name", "index");
     let mut list = Vec::new();
-    for material in glasswarp::materials::MATERIALS {
+    for material in crate::materials::MATERIALS {
         say!("{:<14} {:>7}  {}", material.name, material.ior, material.description);
-        list.push(json::Material {
+        list.push(document::Material {
             name: material.name.to_owned(),
             ior: material.ior,
             description: material.description.to_owned(),
         });
     }
-    console::result(json::Result::Materials(json::Materials { materials: list }));
+    console::result(document::Result::Materials(document::Materials { materials: list }));
 }
 
 /// Prints bytes made by another library, and keeps them for a program.
 fn print_text(bytes: &[u8]) {
     let text = String::from_utf8_lossy(bytes).into_owned();
     say!("{}", text.trim_end());
-    console::result(json::Result::Text(json::Text { text }));
+    console::result(document::Result::Text(document::Text { text }));
 }
 
 fn completions(args: &CompletionsArgs) -> Result<(), Failure> {
@@ -243,11 +220,11 @@ fn manual(args: &ManArgs) -> Result<(), Failure> {
     let mut written = Vec::new();
     for (path, command) in pages {
         let page = page(command)?;
-        glasswarp::export::write_atomically(&path, |out| std::io::Write::write_all(out, &page))
+        crate::export::write_atomically(&path, |out| std::io::Write::write_all(out, &page))
             .map_err(Failure::writing)?;
         written.push(path.display().to_string());
     }
     say!("{}", written.join("\n"));
-    console::result(json::Result::Text(json::Text { text: written.join("\n") }));
+    console::result(document::Result::Text(document::Text { text: written.join("\n") }));
     Ok(())
 }

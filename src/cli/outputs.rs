@@ -1,6 +1,6 @@
 //! What a command reads and writes, said before it begins: the one place that decides what may be written over.
 
-use super::error::Failure;
+use crate::failure::Failure;
 use glasswarp_files::{Plan, PlanError};
 use std::{
     path::{Path, PathBuf},

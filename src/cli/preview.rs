@@ -1,26 +1,24 @@
 //! `glasswarp preview`: what a picture would become, before a design is waited for.
 
 use super::{
-    bench,
-    budget::double_precision,
     console::{self, say},
-    error::Failure,
-    json,
-    judge::{self, Examiner},
+    design::placed,
+    machine::{Machine, has_extension},
     outputs,
-    page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
-    plan::Plan,
     progress::TerminalProgress,
-    settings::{QualityName, Settings, SolverName},
-    toml_file,
-    workpiece::{View as Seen, look_at},
+    report_files,
 };
-use glasswarp::{
-    fabricate::Shape,
-    pipeline::Block,
-    report::{self, Exposure, Facts, Isocontours, Page},
+use crate::{
+    failure::Failure,
+    record::document,
+    report::{
+        pages::{common::mm, preview::PreviewPage},
+        write_png,
+    },
+    spec::{self, QualityName, Settings, SolverName},
+    study::{bench::bench_document, budget::double_precision, design::Plan, judge::Examiner, workpiece::view_of},
 };
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub(crate) struct PreviewArgs {
@@ -42,7 +40,7 @@ const NODES: usize = 257;
 const PIXELS: usize = 384;
 
 pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
-    let (mut settings, picture) = Settings::of(&args.picture, &args.settings)?;
+    let (mut settings, picture) = spec::settings(&args.picture, &args.settings, &Machine)?;
     settings.nodes = settings.nodes.or(Some(NODES));
     if settings.solver.unwrap_or_default() == SolverName::Transport {
         settings.quality = settings.quality.or(Some(QualityName::Draft));
@@ -50,139 +48,62 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     let stem = PathBuf::from(picture.file_stem().unwrap_or_default());
     let outputs = if args.output.is_empty() { vec![stem.with_extension("preview.html")] } else { args.output.clone() };
     for output in &outputs {
-        if !is(output, "html") && !is(output, "png") {
+        if !has_extension(output, "html") && !has_extension(output, "png") {
             return Err(Failure::Usage(format!("{}: a preview is written as .html or .png", output.display())));
         }
     }
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
     outputs::plan(inputs.into_iter().chain(settings.files()), outputs.iter().cloned())?;
-    let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
     let progress = TerminalProgress::new();
+    let plan = Plan::new(picture, settings, &Machine, &progress).map_err(|failure| placed(failure, &args.picture))?;
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
-    let scene = plan.scene()?;
-    let examiner = Examiner::new(scene.clone(), Some(plan.wanted()?.in_perfect_light()), PIXELS);
-    let seen = look_at(&examiner, &double_precision(&block)?)?;
-    let made = Preview { plan: &plan, block: &block, examiner: &examiner, seen: &seen };
+    let target = plan.target_light(&Machine)?;
+    let examiner = Examiner::new(plan.scene.clone(), Some(target.in_perfect_light()), PIXELS);
+    let view = view_of(&examiner, &double_precision(&block)?)?;
+    let command = report_files::command();
+    let page = PreviewPage { plan: &plan, block: &block, examiner: &examiner, view: &view, command };
     for output in &outputs {
-        made.write(output)?;
+        if has_extension(output, "png") {
+            write_png(output, &page.panel()).map_err(Failure::writing)?;
+        } else {
+            page.write(output)?;
+        }
     }
-    made.print(&outputs);
-    console::result(json::Result::Preview(json::Preview {
-        files: json::texts(&outputs),
-        block: json::Block::of(&plan, &block),
-        bench: bench::to_json(&scene, block.solid.entry_z_mm()),
-        rel_rms: json::finite(seen.metrics.rel_rms),
-        ssim: json::finite(seen.metrics.ssim),
+    print(&page, &outputs);
+    console::result(document::Result::Preview(document::Preview {
+        files: document::texts(&outputs),
+        block: plan.document(&block),
+        bench: bench_document(&plan.scene, block.solid.entry_z_mm()),
+        rel_rms: document::finite(view.metrics.rel_rms),
+        ssim: document::finite(view.metrics.ssim),
     }));
-    for warning in made.warnings() {
+    for warning in page.warnings() {
         console::warn(warning);
     }
     Ok(())
 }
 
-fn is(path: &Path, extension: &str) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
-}
-
-struct Preview<'a> {
-    plan: &'a Plan,
-    block: &'a Block,
-    examiner: &'a Examiner,
-    seen: &'a Seen,
-}
-
-impl Preview<'_> {
-    fn write(&self, output: &Path) -> Result<(), Failure> {
-        let exposure = Exposure::of(&self.plan.target, self.plan.transfer.into());
-        let light = judge::field_of(&self.seen.image);
-        let wanted = self.examiner.wanted().map_or_else(|| light.clone(), judge::field_of);
-        if is(output, "png") {
-            let note = format!("draft (relative RMS {:.4})", self.seen.metrics.rel_rms);
-            return report::write_png(output, &report::panel(&wanted, &light, exposure, &note))
-                .map_err(Failure::writing);
-        }
-        let (plan, block) = (self.plan, self.block);
-        let (solid, bench) = (&block.solid, &plan.bench);
-        let (shape, contours) = (Shape::of(solid.surface()), Isocontours::of(solid.surface()));
-        let (_, high) = block.surface.range_mm();
-        let (nx, ny) = plan.nodes;
-        let mut rows = vec![
-            row("Relief", format!("{:.2} mm", block.surface.relief_mm())),
-            row(
-                "Stock",
-                format!("{} mm thick, {:.2} mm at its thinnest place", mm(solid.thickness_mm()), solid.thinnest_mm()),
-            ),
-        ];
-        rows.extend(face_rows(&shape));
-        let picture = Facts { title: "Picture".into(), rows: page::picture_rows(plan) };
-        let page = Page {
-            title: plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            about: format!(
-                "A preview: a draft on {nx} × {ny} nodes, solved in a moment and not to be made. Relief and thickness are close to those of the block; its light is only roughly right, and the design itself comes nearer to the picture."
-            ),
-            warnings: self.warnings(),
-            highlights: vec![
-                error_highlight(&self.seen.metrics, "RMS of this draft; a design comes nearer"),
-                highlight("Stock", mm(solid.thickness_mm()), "mm", "thick".into()),
-                highlight("Relief", format!("{:.2}", block.surface.relief_mm()), "mm", "lowest to highest".into()),
-                highlight(
-                    "Thinnest place",
-                    format!("{:.2}", solid.thinnest_mm()),
-                    "mm",
-                    "of glass that is left".into(),
-                ),
-            ],
-            model: page::model(solid, bench, &shape, &contours),
-            target: Some(page::target_view(&wanted, exposure)),
-            caustic: page::light_view(
-                "Light of the draft",
-                &light,
-                exposure,
-                format!("{}.", in_words(&self.seen.metrics)),
-            ),
-            difference: Some(page::difference_view(&wanted, &light, exposure)),
-            others: Vec::new(),
-            budget: Vec::new(),
-            summary: None,
-            drawing: None,
-            facts: vec![
-                Facts { title: "Draft".into(), rows },
-                bench_facts(bench, plan.light_in_words(solid.entry_z_mm())?, high),
-                picture,
-            ],
-            files: Vec::new(),
-            command: command(),
-            program: program(),
-        };
-        report::write_html(output, &page).map_err(Failure::writing)
+fn print(page: &PreviewPage<'_>, outputs: &[PathBuf]) {
+    let (plan, block, metrics) = (page.plan, page.block, &page.view.metrics);
+    let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
+    say!("{}", names.join(", "));
+    if let Some(line) = plan.understood.line() {
+        say!("  picture        {line}");
     }
-
-    fn warnings(&self) -> Vec<String> {
-        self.block.summary.warnings.iter().map(|warning| format!("in this draft, {warning}")).collect()
-    }
-
-    fn print(&self, outputs: &[PathBuf]) {
-        let (plan, block, metrics) = (self.plan, self.block, &self.seen.metrics);
-        let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
-        say!("{}", names.join(", "));
-        if let Some(line) = plan.understood.line() {
-            say!("  picture        {line}");
-        }
-        say!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
-        say!(
-            "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",
-            plan.bench.block().width_mm,
-            plan.bench.block().height_mm,
-            mm(block.solid.thickness_mm()),
-            block.solid.thinnest_mm()
-        );
-        say!("  relief         {:.2} mm", block.surface.relief_mm());
-        say!(
-            "  expected error below that of this draft, {:.3} relative RMS (SSIM {:.3}): 'glasswarp design' comes nearer",
-            metrics.rel_rms,
-            metrics.ssim
-        );
-    }
+    say!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
+    say!(
+        "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",
+        plan.bench.block().width_mm,
+        plan.bench.block().height_mm,
+        mm(block.solid.thickness_mm()),
+        block.solid.thinnest_mm()
+    );
+    say!("  relief         {:.2} mm", block.surface.relief_mm());
+    say!(
+        "  expected error below that of this draft, {:.3} relative RMS (SSIM {:.3}): 'glasswarp design' comes nearer",
+        metrics.rel_rms,
+        metrics.ssim
+    );
 }

@@ -1,4 +1,4 @@
-use glasswarp::solver::Progress;
+use crate::solver::Progress;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
     cell::RefCell,

@@ -2,11 +2,16 @@
 
 use super::{
     console::{self, say},
-    error::{Failure, error_limit},
-    json, judge, outputs, reference,
-    settings::{Settings, TransferName},
-    side_file,
-    verify::IrradianceFile,
+    machine::{IrradianceFile, Machine},
+    outcome::{error_limit, unless_within},
+    outputs, print,
+    side_files::hash_of,
+};
+use crate::{
+    failure::Failure,
+    record::document,
+    spec::{Settings, TransferName},
+    study::{judge::flux_document, target_light},
 };
 use glasswarp_verify::{
     Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons, reference::resampled,
@@ -77,23 +82,23 @@ pub(crate) fn trace(
     wanted: Option<&Image>,
 ) -> Result<Option<NoisyError>, Failure> {
     let tally = photons(tracer, plan).map_err(Failure::refused)?;
-    let hash = side_file::hash_of(block)?;
+    let hash = hash_of(block)?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
     say!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
-    print(&tally);
+    print_tally(&tally);
     let error = wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()?;
-    console::result(json::Result::Tally(to_json(&tally, error)));
+    console::result(document::Result::Tally(tally_document(&tally, error)));
     Ok(error)
 }
 
-fn to_json(tally: &PhotonTally, error: Option<NoisyError>) -> json::Tally {
-    json::Tally {
+fn tally_document(tally: &PhotonTally, error: Option<NoisyError>) -> document::Tally {
+    document::Tally {
         photons: tally.photons(),
         complete: tally.is_complete(),
-        noise: json::finite(noise(tally)),
-        light: (&tally.flux()).into(),
-        rel_rms: error.and_then(|error| json::finite(error.rel_rms())),
-        rel_rms_error: error.and_then(|error| json::finite(error.rel_rms_error())),
+        noise: document::finite(noise(tally)),
+        light: flux_document(&tally.flux()),
+        rel_rms: error.and_then(|error| document::finite(error.rel_rms())),
+        rel_rms_error: error.and_then(|error| document::finite(error.rel_rms_error())),
     }
 }
 
@@ -124,14 +129,14 @@ fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failur
 
 /// Fails if the error exceeds a limit that the user set.
 pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<(), Failure> {
-    error.map_or(Ok(()), |error| Failure::unless_within(limit, error.rel_rms(), "the caustic's", " by photons"))
+    error.map_or(Ok(()), |error| unless_within(limit, error.rel_rms(), "the caustic's", " by photons"))
 }
 
 /// The picture as the light that a tally should hold.
 fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failure> {
     let Some(picture) = &args.target else { return Ok(None) };
     let settings = Settings { transfer: args.transfer, offset: Some(args.offset), ..Settings::default() };
-    let own = reference::read(picture, &reference::options_of(&settings))?;
+    let own = target_light::read(picture, &target_light::options_of(&settings), &Machine)?;
     let (nx, ny) = tally.pixels();
     Ok(Some(resampled(&own.light, nx, ny)))
 }
@@ -182,17 +187,17 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         IrradianceFile::of(output)?.write(output, &image, peak)?;
     }
     say!("{} tallies", args.tallies.len());
-    print(&tally);
+    print_tally(&tally);
     let error = wanted(args, &tally)?.map(|wanted| judge_tally(&tally, &wanted)).transpose()?;
-    console::result(json::Result::Tally(to_json(&tally, error)));
+    console::result(document::Result::Tally(tally_document(&tally, error)));
     demand(error, args.max_error)
 }
 
-fn print(tally: &PhotonTally) {
+fn print_tally(tally: &PhotonTally) {
     let complete = if tally.is_complete() { "the whole run" } else { "a part of the run" };
     say!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
     say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", noise(tally));
-    judge::print_flux(&tally.flux());
+    print::flux(&tally.flux());
 }
 
 #[cfg(test)]

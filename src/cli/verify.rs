@@ -1,34 +1,46 @@
 //! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
 
 use super::{
-    bench::{self, exit_face_in_words, exit_face_of, scene_of},
-    budget,
     console::{self, say},
-    diagnosis,
-    error::{Failure, error_limit},
-    finish::Finished,
-    found_page::FoundPage,
-    imperfect::{self, Intent, Seen},
-    json,
-    judge::{self, Examiner, Judgement, Subject},
-    length::Length,
-    otherwise::seen_otherwise,
-    outputs, page,
-    placed::{Opened, Placing},
-    plan::open_target,
+    design::{demand, stem},
+    machine::{IrradianceFile, Machine, read_mesh},
+    outcome::error_limit,
+    outputs, print,
     progress::TerminalProgress,
-    reference::Wanted,
-    settings::{Settings, TransferName},
+    report_files::{self, file_record},
     shards::{self, MergeArgs, Shard},
-    side_file::{self, SideFile},
-    sweep::{self, Range},
-    white,
-    workpiece::surface_of,
+    side_files::{self, expected},
+    sweep,
+};
+use crate::{
+    failure::Failure,
+    irradiance::Transfer,
+    record::{SideFile, document},
+    report::{
+        Exposure,
+        pages::{
+            common::{costs, in_words, judgement_facts, judgement_warnings, light_view, step_views},
+            found::FoundPage,
+        },
+    },
+    solver::Progress,
+    spec::{Length, Range, Settings, TransferName},
+    study::{
+        bench::{bench_document, exit_face_in_words, exit_face_of},
+        budget::{self, BudgetStep},
+        changed::{scene_of_file, with_window},
+        diagnosis,
+        finish::Finished,
+        imperfect::{ImperfectView, spread},
+        judge::{self, Examiner, Judgement, Subject},
+        placement::{Opened, Placing},
+        target_light::TargetLight,
+        white::WhiteLight,
+        workpiece::surface_of,
+    },
 };
 use clap::{Args, Subcommand, ValueEnum};
-use glam::DVec2;
-use glasswarp::{irradiance::Transfer, report::Exposure, solver::Progress};
-use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
+use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, dispersion::LINES_NM};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -41,7 +53,7 @@ pub(crate) struct VerifyArgs {
     action: Option<Action>,
 
     #[command(flatten)]
-    look: LookArgs,
+    file: FileArgs,
 }
 
 #[derive(Subcommand)]
@@ -51,13 +63,13 @@ enum Action {
 }
 
 #[derive(Args)]
-pub(crate) struct LookArgs {
+pub(crate) struct FileArgs {
     /// The block, or any closed solid: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a height map in .png or .exr
     #[arg(required = true)]
     block: Option<PathBuf>,
 
     #[command(flatten)]
-    placing: Placing,
+    placing: PlacingArgs,
 
     /// The picture that its light shall draw [default: the one named in the side file]
     #[arg(long, value_name = "PICTURE")]
@@ -191,27 +203,42 @@ impl FromStr for WindowSize {
     }
 }
 
+/// How a file's coordinates are understood.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(super) struct PlacingArgs {
+    /// Take the block exactly as it stands in its file, wherever and however that is. Otherwise it is brought where its bench
+    /// has it, with a warning
+    #[arg(long)]
+    pub(super) as_placed: bool,
+}
+
+impl PlacingArgs {
+    pub(super) fn placing(self) -> Placing {
+        if self.as_placed { Placing::AsPlaced } else { Placing::Righted }
+    }
+}
+
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
-    match (&args.action, &args.look.block) {
+    match (&args.action, &args.file.block) {
         (Some(Action::Merge(merge)), _) => shards::merge(merge),
-        (None, Some(block)) => look(block, &args.look),
+        (None, Some(block)) => verify(block, &args.file),
         (None, None) => Err(Failure::Usage("name a block to verify".into())),
     }
 }
 
-fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
+fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     if args.sweep.is_none() {
         args.output.iter().chain(&args.white).try_for_each(|output| IrradianceFile::of(output).map(drop))?;
     }
-    let side = SideFile::find(block, args.bench.as_deref())?;
+    let side = side_files::find(block, args.bench.as_deref())?;
     if side.is_none() && (args.sweep.is_some() || args.ior.is_none() || args.distance.is_none()) {
         return Err(no_side_file(block));
     }
     if args.placing.as_placed && args.sweep.is_some() {
         return Err(Failure::Usage("--as-placed is about one look at a file, not about a sweep".into()));
     }
-    let report = page::path(args.report.as_deref(), args.report.is_none(), block)?;
-    let inputs = side_file::inputs(block, args.bench.as_deref())?;
+    let report = report_files::path(args.report.as_deref(), args.report.is_none(), block)?;
+    let inputs = side_files::inputs(block, args.bench.as_deref())?;
     let written = args.output.iter().chain(&args.white).chain(&args.tally).chain(&report);
     outputs::plan(inputs.iter().chain(&args.target).map(PathBuf::as_path), written.cloned())?;
     if let (Some(range), Some(side)) = (&args.sweep, &side) {
@@ -220,24 +247,23 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
         return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
     }
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
-    let (wanted, offset) = wanted(args, side.as_ref())?;
-    let target = wanted.as_ref().map(Wanted::in_perfect_light);
+    let progress = TerminalProgress::new();
+    let (target_light, offset) = target_light(args, side.as_ref(), &progress)?;
+    let target = target_light.as_ref().map(TargetLight::in_perfect_light);
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
-    let opened = Opened::open(block, side.as_ref(), args.placing)?;
+    let name = block.display().to_string();
+    let opened = Opened::of(read_mesh(block)?, &name, expected(side.as_ref(), block), args.placing.placing())?;
     let scene = scene(block, args, side.as_ref(), &opened.subject, target)?;
-    let (subject, moves) = opened.upright(block, &scene, target)?;
+    let (subject, moves) = opened.upright(&name, &scene, target)?;
     warnings.extend(moves);
     if report.is_some() && matches!(subject, Subject::Solid(_)) {
-        return Err(Failure::Usage(format!(
-            "{} is no block, and a report (--report) is about blocks",
-            block.display()
-        )));
+        return Err(Failure::Usage(format!("{name} is no block, and a report (--report) is about blocks")));
     }
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
-    let examiner =
-        Examiner::new(scene.clone(), target, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
+    let surface = args.surface.map(Surface::from);
+    let examiner = Examiner::new(scene.clone(), target, args.pixels as usize).with_surface(surface, fresnel);
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,
@@ -251,98 +277,155 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     }
     if let Some(path) = &args.tally {
         // Photons see the light that there is.
-        let (scene, seen) = match (&wanted, &side) {
-            (Some(wanted), Some(side)) => (imperfect::spread(scene, &side.design), Some(&wanted.picture)),
+        let (scene, picture) = match (&target_light, &side) {
+            (Some(target), Some(side)) => (spread(scene, &side.design), Some(&target.picture)),
             _ => (scene, target),
         };
-        let examiner =
-            Examiner::new(scene, seen, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
+        let examiner = Examiner::new(scene, picture, args.pixels as usize).with_surface(surface, fresnel);
         let tracer = subject.tracer(&examiner.scene_for(&subject))?;
-        let error = shards::trace(block, &tracer, &plan, path, examiner.wanted())?;
+        let error = shards::trace(block, &tracer, &plan, path, examiner.target())?;
         return shards::demand(error, args.max_error);
     }
-    let progress = TerminalProgress::new();
     progress.begin("tracing", 3);
     let judgement = judge::judge(&subject, &examiner, &plan)?;
     progress.advance(1);
-    for suspicion in suspicions(&subject, &examiner, target, &judgement)? {
+    for suspicion in diagnosis::of_judgement(&subject, &examiner, target, &judgement)? {
         console::warn(&suspicion);
         warnings.push(suspicion);
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
     progress.finish();
+    print_subject(block, &subject, &scene, offset);
+    print::judgement(&judgement);
+    print::budget(&steps, scene.distance_mm);
+    // A block that has not been finished yet is judged as it will be.
+    let finish = side.as_ref().filter(|side| side.work.is_none()).and_then(|side| side.design.finish);
+    let finished = finish
+        .filter(|_| examiner.target().is_some())
+        .map(|finish| Finished::of(finish, &subject, &examiner))
+        .transpose()?;
+    finished.iter().for_each(print::finished);
+    let imperfect = match (&side, &target_light) {
+        (Some(side), Some(target)) => ImperfectView::of(&subject, &scene, target, &side.design, &plan, &Machine)?,
+        _ => None,
+    };
+    if let (Some(view), Some(side)) = (&imperfect, &side) {
+        print::imperfect(view, &side.design);
+    }
+    let white = args.white.as_ref().map(|output| white(output, &subject, &examiner, side.as_ref())).transpose()?;
+    console::result(document::Result::Verify(Box::new(document::Verify {
+        file: name,
+        kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
+        size_mm: subject.size_mm().to_array(),
+        bench: bench_document(&scene, subject.entry_z_mm()),
+        offset,
+        judgement: judgement.document(),
+        budget: steps.iter().map(BudgetStep::document).collect(),
+        finished: finished.as_ref().map(Finished::document),
+        imperfect: imperfect.as_ref().map(ImperfectView::document),
+        white: white.as_ref().map(WhiteLight::document),
+        files: document::texts(&args.output),
+    })));
+    // White is the brightest target, as on the wall.
+    let brightest = imperfect.as_ref().map(|view| &view.target).or(examiner.target()).unwrap_or(&judgement.caustic);
+    let peak = brightest.values.iter().copied().fold(0.0, f64::max);
+    for output in &args.output {
+        let image = imperfect.as_ref().map_or(&judgement.caustic, |view| &view.image);
+        IrradianceFile::of(output)?.write(output, image, peak)?;
+    }
+    if let Some(path) = &report {
+        let found = Found { block, side: side.as_ref(), scene: &scene, judgement: &judgement, steps: &steps };
+        found.write(path, args.transfer, &subject, &examiner, warnings, peak / brightest.mean())?;
+        say!("  report         {}", path.display());
+    }
+    demand(&judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
+}
+
+fn no_side_file(block: &Path) -> Failure {
+    side_files::missing(block, ", or give --ior and --distance")
+}
+
+fn print_subject(block: &Path, subject: &Subject, scene: &Scene, offset: Option<f64>) {
     let size = subject.size_mm();
-    let what = match &subject {
-        Subject::Block(_) => "block",
-        Subject::Solid(_) => "solid, traced as its flat triangles",
+    let (what, from) = match subject {
+        Subject::Block(_) => ("block", "the mean exit plane"),
+        Subject::Solid(_) => ("solid, traced as its flat triangles", "z = 0"),
     };
     say!(
-        "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {}, window {:.2} x {:.2} mm{}",
+        "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {from}, window {:.2} x {:.2} mm{}",
         block.display(),
         size.x,
         size.y,
-        exit_face_in_words(exit_face_of(&scene)),
+        exit_face_in_words(exit_face_of(scene)),
         scene.distance_mm,
-        if matches!(subject, Subject::Block(_)) { "the mean exit plane" } else { "z = 0" },
         scene.window.size_mm.x,
         scene.window.size_mm.y,
         offset.map(|offset| format!(", offset {offset}")).unwrap_or_default()
     );
-    judgement.print();
-    budget::print(&steps, scene.distance_mm);
-    // A block that has not been finished yet is judged as it will be.
-    let finish = side.as_ref().filter(|side| side.work.is_none()).and_then(|side| side.design.finish);
-    let finished = finish
-        .filter(|_| examiner.wanted().is_some())
-        .map(|finish| Finished::of(finish, &subject, &examiner))
-        .transpose()?;
-    finished.iter().for_each(Finished::print);
-    let seen = match (&side, &wanted) {
-        (Some(side), Some(wanted)) => Seen::of(&subject, &scene, wanted, &side.design, &plan)?,
-        _ => None,
-    };
-    if let (Some(seen), Some(side)) = (&seen, &side) {
-        seen.print(&side.design);
-    }
-    let white = args.white.as_ref().map(|output| {
-        let pixels = examiner.scene_for(&subject);
-        white::look(&subject, &pixels, side.as_ref().map(|side| &side.design), examiner.beams(), output)
-    });
-    let white = white.transpose()?;
-    console::result(json::Result::Verify(Box::new(json::Verify {
-        file: block.display().to_string(),
-        kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
-        size_mm: size.to_array(),
-        bench: bench::to_json(&scene, subject.entry_z_mm()),
-        offset,
-        judgement: judgement.to_json(),
-        budget: steps.iter().map(json::BudgetStep::from).collect(),
-        finished: finished.as_ref().map(Finished::to_json),
-        imperfect: seen.as_ref().map(Seen::to_json),
-        white: white.as_ref().map(json::White::of),
-        files: json::texts(&args.output),
-    })));
-    // White is the brightest target, as on the wall.
-    let brightest = seen.as_ref().map(|seen| &seen.wanted).or(examiner.wanted()).unwrap_or(&judgement.caustic);
-    let peak = brightest.values.iter().copied().fold(0.0, f64::max);
-    for output in &args.output {
-        let image = seen.as_ref().map_or(&judgement.caustic, |seen| &seen.image);
-        IrradianceFile::of(output)?.write(output, image, peak)?;
-    }
-    if let (Some(path), Subject::Block(found)) = (&report, &subject) {
-        warnings
-            .extend(page::judgement_warnings(&judgement, side.as_ref().map_or(0.0, |side| side.bench.skirt_share())));
-        let transfer = args.transfer.or(side.as_ref().and_then(|side| side.design.transfer)).map(Transfer::from);
-        let exposure = Exposure { white: peak / brightest.mean(), transfer: transfer.unwrap_or(Transfer::Srgb) };
+}
+
+/// Looks at a block in white light, and writes its picture.
+fn white(
+    output: &Path,
+    subject: &Subject,
+    examiner: &Examiner,
+    side: Option<&SideFile>,
+) -> Result<WhiteLight, Failure> {
+    let scene = examiner.scene_for(subject);
+    let white = WhiteLight::of(subject, &scene, side.map(|side| &side.design), examiner.beams())?;
+    IrradianceFile::of(output)?.write_rgb(output, &white.rgb)?;
+    let fringing = &white.fringing;
+    say!("\nIn white light ({}, designed for {} nm)", white.material, white.designed_nm);
+    say!(
+        "  colours part   {:.3} mm rms, {:.3} mm at most, between {} nm (index {:.4}) and {} nm (index {:.4})",
+        fringing.rms_mm,
+        fringing.worst_mm,
+        LINES_NM[0],
+        fringing.ior[0],
+        LINES_NM[1],
+        fringing.ior[1]
+    );
+    say!("  brightness     {:.4} relative RMS from the light of one colour", fringing.rel_rms);
+    say!("  picture        {}", output.display());
+    Ok(white)
+}
+
+/// A block that was found, for its report.
+struct Found<'a> {
+    block: &'a Path,
+    side: Option<&'a SideFile>,
+    scene: &'a Scene,
+    judgement: &'a Judgement,
+    steps: &'a [BudgetStep],
+}
+
+impl Found<'_> {
+    /// Writes the report of a block; `white` is the brightest light, in means.
+    fn write(
+        &self,
+        path: &Path,
+        transfer: Option<TransferName>,
+        subject: &Subject,
+        examiner: &Examiner,
+        mut warnings: Vec<String>,
+        white: f64,
+    ) -> Result<(), Failure> {
+        let Self { block, side, scene, judgement, steps } = *self;
+        let Subject::Block(found) = subject else { return Ok(()) };
+        warnings.extend(judgement_warnings(judgement, side.map_or(0.0, |side| side.bench.skirt_share())));
+        let transfer = transfer.or(side.and_then(|side| side.design.transfer)).map(Transfer::from);
+        let exposure = Exposure { white, transfer: transfer.unwrap_or(Transfer::Srgb) };
         let light = judge::field_of(&judgement.caustic);
-        let wanted = examiner.wanted().map(judge::field_of);
+        let target = examiner.target().map(judge::field_of);
         let verdict = judgement.verdict.as_ref();
-        let note = verdict.map(|verdict| format!("{}.", page::in_words(&verdict.metrics))).unwrap_or_default();
-        let caustic = page::light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
+        let note = verdict.map(|verdict| format!("{}.", in_words(&verdict.metrics))).unwrap_or_default();
+        let caustic = light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
         FoundPage {
-            block,
-            side: side.as_ref(),
-            scene: &scene,
+            title: stem(block),
+            file: file_record(block, None)?,
+            command: report_files::command(),
+            side,
+            scene,
             surface: &surface_of(found)?,
             entry_z_mm: found.entry_z_mm(),
             about: format!(
@@ -351,30 +434,23 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
             ),
             warnings,
             exposure,
-            others: wanted.as_ref().map(|wanted| page::step_views(&steps, wanted, exposure)).unwrap_or_default(),
-            wanted: wanted.zip(verdict.map(|verdict| verdict.metrics)),
+            others: target.as_ref().map(|target| step_views(steps, target, exposure)).unwrap_or_default(),
+            wanted: target.zip(verdict.map(|verdict| verdict.metrics)),
             light,
             caustic,
-            budget: page::costs(&steps),
-            facts: vec![page::judgement_facts(&judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
+            budget: costs(steps),
+            facts: vec![judgement_facts(judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
         }
-        .write(path)?;
-        say!("  report         {}", path.display());
+        .write(path)
     }
-    judgement.demand_agreement()?;
-    match (seen, finished) {
-        (Some(seen), _) => seen.demand(args.max_error),
-        (None, Some(finished)) => finished.demand(args.max_error),
-        (None, None) => judgement.demand(args.max_error),
-    }
-}
-
-fn no_side_file(block: &Path) -> Failure {
-    side_file::missing(block, ", or give --ior and --distance")
 }
 
 /// What the light is judged by, and the constant in it. Without a side file a picture need not be named.
-fn wanted(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<Wanted>, Option<f64>), Failure> {
+fn target_light(
+    args: &FileArgs,
+    side: Option<&SideFile>,
+    progress: &TerminalProgress,
+) -> Result<(Option<TargetLight>, Option<f64>), Failure> {
     let design = side.map(|side| side.design.clone()).unwrap_or_default();
     let settings = Settings {
         picture: args.target.clone().or(design.picture.clone()),
@@ -382,111 +458,44 @@ fn wanted(args: &LookArgs, side: Option<&SideFile>) -> Result<(Option<Wanted>, O
         offset: Some(args.offset.or(design.offset).unwrap_or(0.0)),
         ..design
     };
-    let Some(picture) = &settings.picture else {
-        return match side {
-            Some(_) => Err(Failure::Usage("the side file names no picture: give one with --target".into())),
-            None => Ok((None, None)),
-        };
-    };
-    let offset = settings.offset.unwrap_or(0.0);
-    let read = open_target(picture, &settings.picture_options(), offset, settings.framing()?)?;
-    let wanted = match side {
-        Some(side) => {
-            let (intent, bench) = Intent::of_side(read, side)?;
-            Wanted::of(picture, &settings, &intent, &bench)?
-        }
-        None => Wanted::plain(picture, &settings, &read)?,
-    };
-    Ok((Some(wanted), Some(offset)))
+    match (&settings.picture, side) {
+        (Some(_), _) => Ok((Some(TargetLight::of_file(&settings, side, &Machine, progress)?), settings.offset)),
+        (None, Some(_)) => Err(Failure::Usage("the side file names no picture: give one with --target".into())),
+        (None, None) => Ok((None, None)),
+    }
 }
 
 /// The bench: what the side file says, and flags say otherwise.
 fn scene(
     block: &Path,
-    args: &LookArgs,
+    args: &FileArgs,
     side: Option<&SideFile>,
     subject: &Subject,
     target: Option<&Image>,
 ) -> Result<Scene, Failure> {
     let distance = args.distance.map(|length| length.mm);
-    let mut scene = match (side, args.ior, distance) {
-        (Some(side), ..) => scene_of(&side.bench, &side.design)?,
-        (None, Some(ior), Some(distance_mm)) => {
-            let window = Window { size_mm: subject.size_mm(), centre_mm: DVec2::ZERO, nx: 1, ny: 1 };
-            Scene::new(ior, distance_mm, window)
-        }
-        _ => return Err(no_side_file(block)),
-    };
-    scene = seen_otherwise(scene, subject.block(), args.ior, distance)?;
-    if let Some(window) = args.window {
-        let natural = scene.window.size_mm;
-        let aspect = target.map_or(natural.y / natural.x, |target| target.ny as f64 / target.nx as f64);
-        let width = window.width.mm;
-        scene.window.size_mm = DVec2::new(width, window.height.map_or(width * aspect, |height| height.mm));
-    }
-    Ok(scene)
-}
-
-/// What may be wrong with a block that was not designed as it lies here.
-fn suspicions(
-    subject: &Subject,
-    examiner: &Examiner,
-    target: Option<&Image>,
-    judgement: &Judgement,
-) -> Result<Vec<String>, Failure> {
-    let Subject::Block(block) = subject else { return Ok(Vec::new()) };
-    let mut found = Vec::new();
-    if let (Some(target), Some(wanted), Some(verdict)) = (target, examiner.wanted(), &judgement.verdict) {
-        let scene = Scene { traversal: Traversal::Grid, ..examiner.scene_for(subject) };
-        let error = verdict.metrics.rel_rms;
-        found.extend(diagnosis::of_picture(block, &scene, target, &judgement.caustic, wanted, error)?);
-    }
-    Ok(found)
+    let missing = |_: &str| no_side_file(block);
+    let scene = scene_of_file(subject.block(), subject.size_mm(), side, (args.ior, distance), &Machine, missing)?;
+    Ok(match args.window {
+        Some(WindowSize { width, height }) => with_window(scene, width.mm, height.map(|height| height.mm), target),
+        None => scene,
+    })
 }
 
 /// What does not fit together between the side file and what lies on the disk.
-fn warnings(block: &Path, args: &LookArgs, side: &SideFile) -> Vec<String> {
+fn warnings(block: &Path, args: &FileArgs, side: &SideFile) -> Vec<String> {
     let mut warnings = Vec::new();
     let name = block.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-    match (side.files.get(&name), side_file::sha256(block)) {
+    match (side.files.get(&name), glasswarp_files::sha256(block)) {
         (Some(recorded), Ok(found)) if *recorded != found => warnings
             .push(format!("{name} is not the file that was written with its side file: its content has changed since")),
         _ => {}
     }
     if let Some(picture) = &args.target
-        && let Ok(found) = side_file::sha256(picture)
+        && let Ok(found) = glasswarp_files::sha256(picture)
         && found != side.picture.sha256
     {
         warnings.push(format!("{} is not the picture that the block was made from", picture.display()));
     }
     warnings
-}
-
-/// A file of irradiance, by its extension.
-pub(crate) enum IrradianceFile {
-    Exr,
-    Png,
-}
-
-impl IrradianceFile {
-    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
-        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-        match extension.as_str() {
-            "exr" => Ok(Self::Exr),
-            "png" => Ok(Self::Png),
-            _ => Err(Failure::Usage(format!(
-                "{}: irradiance is written as .exr (32-bit) or .png (16-bit), both linear",
-                path.display()
-            ))),
-        }
-    }
-
-    /// Writes an image; in a PNG `peak` becomes white.
-    pub(crate) fn write(&self, path: &Path, image: &Image, peak: f64) -> Result<(), Failure> {
-        let written = match self {
-            Self::Exr => picture::write_exr(path, image),
-            Self::Png => picture::write_png(path, image, peak),
-        };
-        written.map_err(Failure::writing)
-    }
 }

@@ -11,7 +11,7 @@ use image::{GrayImage, Luma, imageops};
 
 /// One step of the budget.
 #[derive(Clone, Debug)]
-pub struct BudgetStep {
+pub struct BudgetRow {
     /// What is looked at.
     pub name: String,
     /// The light that it draws, in picture order, mean 1, and its relative RMS error. `None` if it is known to be that of
@@ -35,11 +35,11 @@ const DECADES: (i32, i32) = (-4, 0);
 ///
 /// # Panics
 /// If the pictures have another size than the target.
-pub fn budget_sheet(target: &Field<f64>, steps: &[BudgetStep], exposure: Exposure) -> GrayImage {
+pub fn budget_sheet(target: &Field<f64>, steps: &[BudgetRow], exposure: Exposure) -> GrayImage {
     let scale = f64::from(SMALL) / target.nx().max(target.ny()) as f64;
     let small = |n: usize| ((n as f64 * scale).round() as u32).max(1);
     let (width, height) = (small(target.nx()), small(target.ny()));
-    let rise = |step: &BudgetStep| if step.seen.is_some() { height.max(64) + 14 } else { NOTE };
+    let rise = |step: &BudgetRow| if step.seen.is_some() { height.max(64) + 14 } else { NOTE };
     let left = 2 * (MARGIN + width) + 8;
     let head = 40;
     let total = head + steps.iter().map(rise).sum::<u32>() + MARGIN;
@@ -89,8 +89,8 @@ mod tests {
     #[test]
     fn greater_errors_have_longer_bars() {
         let target = TargetIrradiance::new(Field::from_fn(60, 40, |i, _| 1.0 + i as f64)).unwrap();
-        let step = |error: f64| BudgetStep { name: "step".into(), seen: Some((target.cells().clone(), error)) };
-        let note = BudgetStep { name: "the same".into(), seen: None };
+        let step = |error: f64| BudgetRow { name: "step".into(), seen: Some((target.cells().clone(), error)) };
+        let note = BudgetRow { name: "the same".into(), seen: None };
         let exposure = Exposure::of(&target, Transfer::Linear);
         let sheet = budget_sheet(target.cells(), &[step(1e-3), step(1e-1), note], exposure);
         let ink = |rows: std::ops::Range<u32>| {

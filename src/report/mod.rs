@@ -9,10 +9,12 @@ mod drawing;
 mod html;
 mod ink;
 mod isocontours;
+#[cfg(feature = "cli")]
+pub(crate) mod pages;
 mod pictures;
 mod sheet;
 
-pub use budget::{BudgetStep, budget_sheet};
+pub use budget::{BudgetRow, budget_sheet};
 pub use contact::{Captioned, contact_sheet, map};
 pub use curves::{Curve, curves};
 pub use drawing::dimensioned_drawing;

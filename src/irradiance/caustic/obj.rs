@@ -22,7 +22,18 @@ impl CausticMesh {
     /// # Errors
     /// A file that cannot be read, faces other than quads, quads that do not form a grid, or vertices outside of a plane.
     pub fn open(path: &Path) -> Result<Self, CausticMeshError> {
-        let (models, _) = tobj::load_obj(path, &tobj::LoadOptions::default())
+        let failed = |_| CausticMeshError::Read { path: path.into(), source: tobj::LoadError::OpenFileFailed };
+        Self::read(&std::fs::read(path).map_err(failed)?, path)
+    }
+
+    /// The same from memory; `path` is the name of the file.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open).
+    pub fn read(bytes: &[u8], path: &Path) -> Result<Self, CausticMeshError> {
+        // Materials do not matter.
+        let no_material = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+        let (models, _) = tobj::load_obj_buf(&mut &bytes[..], &tobj::LoadOptions::default(), no_material)
             .map_err(|source| CausticMeshError::Read { path: path.into(), source })?;
         let mut meshes = models.iter().map(|model| &model.mesh).filter(|mesh| !mesh.indices.is_empty());
         let mesh = meshes.next().ok_or(CausticMeshError::Empty)?;

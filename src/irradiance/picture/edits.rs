@@ -359,6 +359,11 @@ impl fmt::Display for Levels {
 macro_rules! read_as_text {
     ($($kind:ty),+) => {
         $(
+            impl serde::Serialize for $kind {
+                fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+                    serializer.collect_str(self)
+                }
+            }
             impl<'de> serde::Deserialize<'de> for $kind {
                 fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
                     String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)

@@ -1,0 +1,40 @@
+//! The report of a command: where it lies, and what it says of the files and of the command itself.
+
+use super::{
+    machine::has_extension,
+    side_files::{file_name, hash_of},
+};
+use crate::{
+    failure::Failure,
+    report::{FileRecord, pages::common::kind},
+};
+use std::path::{Path, PathBuf};
+
+/// Where the report goes, if anywhere: beside the first output unless it is named.
+pub(super) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Option<PathBuf>, Failure> {
+    if off {
+        return Ok(None);
+    }
+    let path = named.map_or_else(|| first.with_extension("report.html"), Path::to_path_buf);
+    if !(has_extension(&path, "html") || has_extension(&path, "htm")) {
+        return Err(Failure::Usage(format!("{}: the report is a page of HTML, name it .html", path.display())));
+    }
+    Ok(Some(path))
+}
+
+/// The command as it was given, for a shell.
+pub(super) fn command() -> String {
+    let quoted = |argument: std::ffi::OsString| {
+        let text = argument.to_string_lossy().into_owned();
+        shlex::try_quote(&text).map_or_else(|_| text.clone(), |quoted| quoted.into_owned())
+    };
+    std::iter::once("glasswarp".to_owned()).chain(std::env::args_os().skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
+}
+
+/// A file, with its hash if that is known.
+pub(super) fn file_record(path: &Path, sha256: Option<String>) -> Result<FileRecord, Failure> {
+    let failed = |source| Failure::reading(path, source);
+    let bytes = std::fs::metadata(path).map_err(failed)?.len();
+    let sha256 = sha256.map_or_else(|| hash_of(path), Ok)?;
+    Ok(FileRecord { name: file_name(path), what: kind(path).into(), bytes, sha256 })
+}

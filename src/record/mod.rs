@@ -1,0 +1,10 @@
+//! What is written down about a block: its side file, and the documents that programs read. Plain
+//! data; whoever finds it out fills it in.
+
+mod annotated;
+pub mod document;
+#[cfg(test)]
+mod hostile_toml;
+mod side_file;
+
+pub use side_file::{BenchRecord, EmissionRecord, FrameRecord, PictureRecord, SideFile, WorkRecord};

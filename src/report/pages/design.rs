@@ -1,0 +1,352 @@
+//! The report of a design, and the pictures that are drawn of it.
+
+use super::common::{
+    bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
+    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, target_view,
+};
+use crate::{
+    bench::Bench,
+    fabricate::Shape,
+    failure::Failure,
+    grid::Field,
+    irradiance::to_picture_order,
+    pipeline::Block,
+    report::{
+        budget::{BudgetRow, budget_sheet},
+        drawing::dimensioned_drawing,
+        html::{Facts, FileRecord, Highlight, Page, View, write_html},
+        isocontours::Isocontours,
+        pictures::{Exposure, difference_picture, irradiance_picture, panel},
+    },
+    spec::{Settings, name_of},
+    study::{budget::BudgetStep, design::Plan, judge, verification::DesignVerification},
+    surface::SurfaceSpline,
+};
+use glasswarp_verify::Image;
+use image::GrayImage;
+use rayon::prelude::*;
+use std::{path::Path, time::Duration};
+
+/// What is drawn of a block alone: nothing of it waits for a file.
+pub(crate) struct BlockDrawings {
+    pub(crate) shape: Shape,
+    pub(crate) drawing: GrayImage,
+    pub(crate) contours: Isocontours,
+}
+
+impl BlockDrawings {
+    pub(crate) fn of(block: &Block, bench: &Bench) -> Self {
+        let (solid, surface) = (&block.solid, block.solid.surface());
+        let spline = SurfaceSpline::through(surface);
+        let (shape, (drawing, contours)) = rayon::join(
+            || Shape::of_spline(surface, &spline),
+            || rayon::join(|| dimensioned_drawing(solid, bench), || Isocontours::of_spline(surface, &spline)),
+        );
+        Self { shape, drawing, contours }
+    }
+}
+
+/// Everything that a design's report is made of.
+pub(crate) struct DesignPage<'a> {
+    pub(crate) plan: &'a Plan,
+    /// The name of the block.
+    pub(crate) title: String,
+    /// The name and hash of the picture.
+    pub(crate) picture: (String, String),
+    /// The files.
+    pub(crate) files: Vec<FileRecord>,
+    /// The command that made it.
+    pub(crate) command: String,
+    pub(crate) block: &'a Block,
+    pub(crate) drawings: &'a BlockDrawings,
+    /// What the verifier says, unless it was not asked.
+    pub(crate) verification: Option<&'a DesignVerification<'a>>,
+    /// What there is to say of the files.
+    pub(crate) notes: &'a [String],
+    pub(crate) solved: Duration,
+}
+
+impl DesignPage<'_> {
+    /// Writes the report.
+    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
+        let (plan, block) = (self.plan, self.block);
+        let (solid, bench) = (&block.solid, &plan.bench);
+        let BlockDrawings { shape, drawing, contours } = self.drawings;
+        let exposure = Exposure::of(&plan.target, plan.transfer.into());
+        let (wanted, light) = self.lights();
+        let mut warnings = block.summary.warnings.clone();
+        let skirt = 1.0 - block.surface.contour().area_mm2() / solid.surface().contour().area_mm2();
+        warnings.extend(
+            self.verification.iter().flat_map(|verification| judgement_warnings(&verification.judgement, skirt)),
+        );
+        let (size, thickness) = (solid.stock_extent(), mm(solid.thickness_mm()));
+        let page = Page {
+            title: self.title.clone(),
+            about: format!(
+                "A block of {} × {} × {thickness} mm, {}, whose curved face sends light to a receiver {} mm away so that the light itself draws the picture.",
+                mm(size.width_mm),
+                mm(size.height_mm),
+                material(bench, plan.settings.material.as_deref()),
+                mm(bench.distance_mm())
+            ),
+            warnings,
+            highlights: self.highlights(),
+            model: model(solid, bench, shape, contours),
+            target: Some(target_view(&wanted, exposure)),
+            caustic: self.caustic(&light, exposure),
+            difference: Some(difference_view(&wanted, &light, exposure)),
+            others: self.others(&wanted, exposure),
+            budget: self.verification.map(|verification| costs(&verification.steps)).unwrap_or_default(),
+            summary: Some(&block.summary),
+            drawing: Some(drawing.clone()),
+            facts: self.facts(shape),
+            files: self.files.clone(),
+            command: self.command.clone(),
+            program: program(),
+        };
+        write_html(path, &page).map_err(Failure::writing)
+    }
+
+    /// The wanted light and the one that is drawn, in picture order: the verifier's, or the solver's own.
+    fn lights(&self) -> (Field<f64>, Field<f64>) {
+        match (self.verification, &self.block.light) {
+            (Some(verification), _) => {
+                (judge::field_of(&verification.target), judge::field_of(&verification.judgement.caustic))
+            }
+            (None, Some(light)) => {
+                let wanted = self.plan.target.resampled(light.nx(), light.ny());
+                (to_picture_order(wanted.cells()), to_picture_order(light))
+            }
+            (None, None) => {
+                let wanted = to_picture_order(self.plan.target.cells());
+                (wanted.clone(), wanted)
+            }
+        }
+    }
+
+    fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
+        let note =
+            match (self.verification.map(|verification| verification.judgement.verdict.as_ref()), &self.block.light) {
+                (Some(Some(verdict)), _) => {
+                    format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
+                }
+                (None, None) => "Not traced (--no-verify): this is the target.".into(),
+                _ => "As the solver itself sees it; no exported file was traced (--no-verify).".into(),
+            };
+        light_view("Simulated light", light, exposure, note)
+    }
+
+    fn others(&self, wanted: &Field<f64>, exposure: Exposure) -> Vec<(View, View)> {
+        let Some(verification) = self.verification else { return Vec::new() };
+        let mut views = step_views(&verification.steps, wanted, exposure);
+        if let Some(finished) = &verification.finished {
+            let note = format!("{}.", in_words(&finished.view.metrics));
+            let light = judge::field_of(&finished.view.image);
+            views.insert(0, pair("After the finish", wanted, &light, exposure, note));
+        }
+        views
+    }
+
+    fn highlights(&self) -> Vec<Highlight> {
+        let (plan, block) = (self.plan, self.block);
+        let (solid, bench) = (&block.solid, &plan.bench);
+        let metrics = self
+            .verification
+            .and_then(|verification| verification.judgement.verdict.as_ref())
+            .map(|verdict| &verdict.metrics);
+        let finished = self
+            .verification
+            .and_then(|verification| verification.finished.as_ref())
+            .map(|finished| &finished.view.metrics);
+        let mut highlights = Vec::new();
+        if let Some(metrics) = finished {
+            highlights.push(error_highlight(metrics, "RMS, relative to the mean, after the finish"));
+        } else if let Some(metrics) = metrics {
+            highlights.push(error_highlight(metrics, "RMS, relative to the mean light"));
+        }
+        if let Some(metrics) = finished.or(metrics) {
+            highlights.push(highlight(
+                "Likeness",
+                format!("{:.4}", metrics.ssim),
+                "",
+                "SSIM; 1 is the picture itself".into(),
+            ));
+        }
+        let (size, stock) = (bench.block(), solid.stock_extent());
+        highlights.extend([
+            highlight(
+                "Stock",
+                mm(solid.thickness_mm()),
+                "mm",
+                format!("thick, {} × {} mm", mm(stock.width_mm), mm(stock.height_mm)),
+            ),
+            highlight(
+                "Relief",
+                format!("{:.2}", block.surface.relief_mm()),
+                "mm",
+                format!("on {} × {} mm, lowest to highest", mm(size.width_mm), mm(size.height_mm)),
+            ),
+            highlight("Thinnest place", format!("{:.2}", solid.thinnest_mm()), "mm", "of glass that is left".into()),
+            highlight("Receiver", mm(bench.distance_mm()), "mm", "from the mean plane of the face".into()),
+        ]);
+        highlights
+    }
+
+    fn facts(&self, shape: &Shape) -> Vec<Facts> {
+        let (plan, block) = (self.plan, self.block);
+        let (solid, bench) = (&block.solid, &plan.bench);
+        let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());
+        let (low, high) = block.surface.range_mm();
+        let spacing = size.node_spacing(plan.nodes.0, plan.nodes.1);
+        let mut rows = vec![
+            row("Stock", format!("{} × {} × {} mm", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm()))),
+            row("Material", material(bench, plan.settings.material.as_deref())),
+            row("Exit face", format!("{} × {} mm, relief {:.3} mm", mm(size.width_mm), mm(size.height_mm), high - low)),
+            row("Thinnest place", format!("{:.3} mm", solid.thinnest_mm())),
+        ];
+        let whole = solid.extent();
+        if whole != size {
+            let rest = format!(
+                "the face goes on to {} × {} mm, for light from the side",
+                mm(whole.width_mm),
+                mm(whole.height_mm)
+            );
+            rows.push(row("Skirt", rest));
+        }
+        rows.extend(face_rows(shape));
+        rows.push(row(
+            "Nodes",
+            format!("{} × {}, {:.4} × {:.4} mm apart", plan.nodes.0, plan.nodes.1, spacing.x, spacing.y),
+        ));
+        if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
+            rows.push(row(
+                "Rim",
+                format!(
+                    "{} mm wide, its plane {} mm above the entry face",
+                    mm(rim.width_mm),
+                    mm(z - solid.entry_z_mm())
+                ),
+            ));
+            if let Some(mark) = rim.mark_mm {
+                rows.push(row("Mark", format!("{} mm cut off the corner at +x, +y: the picture’s top left", mm(mark))));
+            }
+        }
+        let z = |of_bench: f64| format!("z = {} mm", mm(of_bench - origin.z));
+        let frame = vec![
+            row("Units", "millimetres, z up; GLB: metres, y up"),
+            row("Origin", solid.shape().origin.place()),
+            row("Entry face, planar", z(solid.entry_z_mm())),
+            row("Exit face", format!("{} to {}, mean plane {}", z(low), z(high), z(0.0))),
+            row("Receiver", z(bench.distance_mm())),
+            row("Faces", "the curved face looks towards +z, to the receiver"),
+        ];
+        let mut picture = vec![
+            row("File", self.picture.0.clone()),
+            row("SHA-256", self.picture.1.clone()),
+            row("Pixels", format!("{} × {}", plan.target.cells().nx(), plan.target.cells().ny())),
+            row("Offset", format!("{} of white, added to the light", plan.settings.offset.unwrap_or_default())),
+        ];
+        picture.extend(picture_rows(plan));
+        let mut solver = vec![
+            row("Solver", name_of(plan.solver)),
+            row("Iterations", block.summary.iterations().to_string()),
+            row("Time", format!("{:.2} s", self.solved.as_secs_f64())),
+        ];
+        solver.extend(block.summary.notes.iter().map(|note| row("Note", note.clone())));
+        solver.extend(self.notes.iter().map(|note| row("Note", note.clone())));
+        let mut facts = vec![
+            Facts { title: "Block".into(), rows },
+            Facts { title: "Frame of the files".into(), rows: frame },
+            bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), high),
+            Facts { title: "Picture".into(), rows: picture },
+        ];
+        if let Some(verification) = self.verification {
+            let pixel_mm = bench.window().width_mm / verification.judgement.caustic.nx as f64;
+            facts.push(judgement_facts(&verification.judgement, pixel_mm));
+        }
+        facts.push(Facts { title: "Solver".into(), rows: solver });
+        facts
+    }
+}
+
+/// The pictures that are drawn of a design with these settings, by their names behind that of the first output.
+pub(crate) fn pictures(settings: &Settings, verified: bool) -> Vec<&'static str> {
+    if !verified {
+        return vec![WEAKNESS];
+    }
+    let finished = settings.finish.map(|_| FINISHED);
+    let spread = settings.has_spread();
+    ALWAYS.into_iter().chain(finished).chain(spread.then_some(IMPERFECT)).collect()
+}
+
+/// What is drawn of every design that is judged.
+const ALWAYS: [&str; 6] = ["panel", "caustic", "difference", "budget", "contours", "drawing"];
+/// After a finish, and in light that is not perfect.
+const FINISHED: &str = "finished";
+const IMPERFECT: &str = "seen";
+/// Of a design that is not judged.
+pub(crate) const WEAKNESS: &str = "weakness";
+
+/// Draws a design that was judged: the light alone, the panel of target, light and difference, the
+/// error budget, the isocontours of the exit face, the block with its dimensions, and the light after
+/// a finish and in imperfect light. Every picture is given to `write` with its kind.
+///
+/// # Errors
+/// Those of `write`.
+pub(crate) fn draw<T: Send>(
+    plan: &Plan,
+    verification: &DesignVerification<'_>,
+    drawings: &BlockDrawings,
+    write: impl Fn(&'static str, &GrayImage) -> Result<T, Failure> + Sync,
+) -> Result<Vec<T>, Failure> {
+    let exposure = Exposure::of(&plan.target, plan.transfer.into());
+    let [target, caustic] = [&verification.target, &verification.judgement.caustic].map(judge::field_of);
+    let error = verification.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
+    let note = format!("(relative RMS {error:.4})");
+    let finished = verification.finished.as_ref().map(|finished| {
+        let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
+        (judge::field_of(&finished.view.image), note)
+    });
+    let imperfect = verification.imperfect.as_ref().map(|imperfect| {
+        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.rel_rms());
+        let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
+        ([&imperfect.target, &imperfect.image].map(judge::field_of), exposure, note)
+    });
+    type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
+    let always: [Draw; ALWAYS.len()] = [
+        Box::new(|| panel(&target, &caustic, exposure, &note)),
+        Box::new(|| irradiance_picture(&caustic, exposure)),
+        Box::new(|| difference_picture(&target, &caustic, exposure)),
+        Box::new(|| steps_sheet(&verification.steps, &verification.target, exposure)),
+        Box::new(|| drawings.contours.sheet()),
+        Box::new(|| drawings.drawing.clone()),
+    ];
+    let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
+    if let Some((image, note)) = &finished {
+        pictures.push((FINISHED, Box::new(|| panel(&target, image, exposure, note))));
+    }
+    if let Some(([target, image], exposure, note)) = &imperfect {
+        pictures.push((IMPERFECT, Box::new(|| panel(target, image, *exposure, note))));
+    }
+    pictures.par_iter().map(|(kind, draw)| write(kind, &draw())).collect()
+}
+
+/// The solver's own view of where the light will be wrong, if it has one.
+pub(crate) fn weakness(plan: &Plan, block: &Block) -> Option<GrayImage> {
+    let light = block.light.as_ref()?;
+    let exposure = Exposure::of(&plan.target, plan.transfer.into());
+    let target = plan.target.resampled(light.nx(), light.ny());
+    Some(difference_picture(&to_picture_order(target.cells()), &to_picture_order(light), exposure))
+}
+
+/// The steps of an error budget as a sheet of bars and small pictures.
+fn steps_sheet(steps: &[BudgetStep], target: &Image, exposure: Exposure) -> GrayImage {
+    let rows: Vec<BudgetRow> = steps
+        .iter()
+        .map(|step| BudgetRow {
+            name: step.name.clone(),
+            seen: step.traced.as_ref().map(|traced| (judge::field_of(&traced.image), traced.likeness.rel_rms)),
+        })
+        .collect();
+    budget_sheet(&judge::field_of(target), &rows, exposure)
+}

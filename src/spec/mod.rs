@@ -1,0 +1,39 @@
+//! What a person asks for: every setting of a design, how it is written, and where it comes from.
+//!
+//! [`Settings`] is declared once; flags, design files and side files follow from it. The files that
+//! settings name are read through a [`Host`].
+
+mod angle;
+mod choices;
+pub(crate) mod conflicts;
+mod cutters;
+mod finish;
+mod forms;
+mod host;
+mod lamp;
+pub(crate) mod layers;
+mod length;
+pub(crate) mod mistakes;
+mod presets;
+mod quantity;
+mod range;
+mod settings;
+mod source;
+mod wavelength;
+
+pub use angle::{Angle, Inclination};
+pub use choices::{OriginName, QualityName, SolverName, TransferName};
+pub use cutters::{CutterEntry, CutterList};
+pub use finish::FinishPlan;
+pub use forms::{OutlineName, RimSize, Shift, VignetteName};
+pub use host::Host;
+pub use lamp::{Emission, LightName};
+pub use layers::{parse, preset, read, settings};
+pub use length::Length;
+pub use presets::PresetName;
+pub use quantity::name_of;
+pub(crate) use quantity::nearest;
+pub use range::{Quantity, Range};
+pub use settings::{DRAWING_NODES, DesignFile, Settings};
+pub use source::{DeconvolutionName, Roughness, SourceName, SpeckFile};
+pub use wavelength::Wavelength;

@@ -1,0 +1,289 @@
+//! Whether a block can be made, a verdict per line.
+
+use super::{
+    budget::double_precision,
+    changed::{deflection_mm, scene_of_file},
+    design::Plan,
+    judge,
+    workpiece::surface_of,
+};
+use crate::{
+    fabricate::{Cutter, Pass, Scallop, Shape},
+    failure::Failure,
+    pipeline,
+    record::{SideFile, document},
+    solid::STANDARD_SHEETS_MM,
+    spec::Host,
+    surface::{HeightField, Polish},
+};
+use glam::DVec2;
+use glasswarp_verify::{Block, End, Optics, Scene, Tracer};
+use rayon::prelude::*;
+
+/// What a shop can do, and what it is asked for.
+pub struct Shop {
+    /// The finishing cutter.
+    pub cutter: Cutter,
+    /// From row to row.
+    pub step_over_mm: f64,
+    /// The polish after it.
+    pub polish: Polish,
+    /// Steepest slope that it cuts.
+    pub steepest_degrees: f64,
+    /// Furthest that light may be thrown by scallops and facets; else 0.5 % of the block's width.
+    pub most_blur_mm: Option<f64>,
+    /// Of the stock; else the thinnest standard sheet.
+    pub thickness_mm: Option<f64>,
+    /// That the block may have.
+    pub least_thickness_mm: f64,
+}
+
+/// A block that is checked, and where it stands.
+pub struct Makeable {
+    /// The exit face.
+    pub surface: HeightField,
+    /// From the entry face to the lowest point of the exit face.
+    pub thinnest_mm: f64,
+    /// The bench.
+    pub scene: Scene,
+    /// Whether nothing is known of the light, which then is taken to be straight.
+    pub assumed: bool,
+    block: Block,
+}
+
+/// A line of the verdict.
+pub struct CheckLine {
+    /// Whether it passed.
+    pub passed: bool,
+    /// What was checked.
+    pub what: &'static str,
+    /// What was found. Settings stand in backticks.
+    pub says: String,
+}
+
+impl CheckLine {
+    /// The same for programs.
+    pub fn document(&self) -> document::CheckLine {
+        document::CheckLine { what: self.what.to_owned(), passed: self.passed, says: self.says.clone() }
+    }
+}
+
+/// Whether a block can be made.
+pub struct CheckStudy {
+    /// The verdict.
+    pub lines: Vec<CheckLine>,
+    /// What the face asks of a cutter.
+    pub shape: Shape,
+}
+
+impl CheckStudy {
+    /// Checks a block.
+    ///
+    /// # Errors
+    /// A cutter that does not fit the block, a bench that cannot be.
+    pub fn of(subject: &Makeable, shop: &Shop) -> Result<Self, Failure> {
+        Pass::finishing(shop.cutter, shop.step_over_mm).check(subject.surface.extent()).map_err(Failure::refused)?;
+        let shape = Shape::of(&subject.surface);
+        Ok(Self { lines: lines(shop, subject, &shape)?, shape })
+    }
+
+    /// What has failed.
+    pub fn failed(&self) -> Vec<&'static str> {
+        self.lines.iter().filter(|line| !line.passed).map(|line| line.what).collect()
+    }
+}
+
+impl Makeable {
+    /// A block from a file, on the bench of its side file, or on that with another index and at another distance; without one, in
+    /// straight light, if both are given.
+    ///
+    /// # Errors
+    /// A bench that cannot be; without a side file, `missing` of what is not given.
+    pub fn of_block(
+        block: Block,
+        side: Option<&SideFile>,
+        changed: (Option<f64>, Option<f64>),
+        host: &dyn Host,
+        missing: impl Fn(&str) -> Failure,
+    ) -> Result<Self, Failure> {
+        let scene = scene_of_file(Some(&block), block.size_mm(), side, changed, host, missing)?;
+        let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
+        Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none() })
+    }
+
+    /// A design that has not been written yet.
+    ///
+    /// # Errors
+    /// A design that makes no block.
+    pub fn of_design(plan: &Plan, design: pipeline::Block) -> Result<Self, Failure> {
+        let judge::Subject::Block(found) = double_precision(&design)? else {
+            return Err(Failure::Usage("the design makes no block".into()));
+        };
+        Ok(Self {
+            thinnest_mm: design.solid.thinnest_mm(),
+            surface: design.surface,
+            block: *found,
+            scene: plan.scene.clone(),
+            assumed: false,
+        })
+    }
+}
+
+fn place(at: DVec2) -> String {
+    format!("x = {:.1} mm, y = {:.1} mm", at.x, at.y)
+}
+
+fn lines(shop: &Shop, subject: &Makeable, shape: &Shape) -> Result<Vec<CheckLine>, Failure> {
+    let Shop { cutter, polish, .. } = shop;
+    let pass = Pass::finishing(*cutter, shop.step_over_mm);
+    let extent = subject.surface.extent();
+    let blur_mm = shop.most_blur_mm.unwrap_or(0.005 * extent.width_mm);
+    let mut lines = Vec::new();
+    let mut say = |what, passed, says: String| lines.push(CheckLine { passed, what, says });
+
+    let (needed, sharpest) = (cutter.corner_mm(), shape.sharpest());
+    let reaches = if cutter.corner_mm() == 0.0 {
+        format!(
+            "a flat cutter leaves steps on every slope, of up to {:.1} um",
+            1e3 * shape.steepest().1 * pass.step_over_mm
+        )
+    } else {
+        let share = 100.0 * shape.sharper_than(needed);
+        let unreached = if share > 0.0 { format!("; {share:.2} % of the face is sharper") } else { String::new() };
+        format!("the cutter's {needed} mm fit{unreached}")
+    };
+    let hollow = if sharpest.radius_mm.is_finite() {
+        format!("least concave radius {:.2} mm at {}", sharpest.radius_mm, place(sharpest.at))
+    } else {
+        "the face bulges everywhere".into()
+    };
+    let fits = cutter.corner_mm() > 0.0 && sharpest.radius_mm >= needed;
+    say(
+        "hollows",
+        fits,
+        if fits {
+            format!("{hollow}: {reaches}")
+        } else {
+            format!("{hollow}, cutter {}: {}", cutter, reaches.replace("fit;", "do not fit everywhere;"))
+        },
+    );
+
+    let (at, slope) = shape.steepest();
+    let degrees = slope.atan().to_degrees();
+    say(
+        "slope",
+        degrees <= shop.steepest_degrees,
+        format!("at most {degrees:.2} degrees, at {} (`max-slope` {})", place(at), shop.steepest_degrees),
+    );
+    let (leaves, says) = leaving_light(subject)?;
+    say("light", leaves, says);
+
+    let relief = subject.surface.relief_mm();
+    let greatest = subject.thinnest_mm + relief;
+    let sheet = STANDARD_SHEETS_MM.into_iter().find(|sheet| *sheet >= greatest - 1e-6);
+    let stock = shop.thickness_mm.or(sheet);
+    say("relief", stock.is_some_and(|stock| relief < stock), format!("{relief:.3} mm from peak to valley"));
+    let least = shop.least_thickness_mm;
+    let stock_says = stock.map_or("no standard sheet holds it".into(), |stock| format!("stock {stock} mm"));
+    let holds = stock.is_some_and(|stock| greatest <= stock + 1e-6) && subject.thinnest_mm >= least - 1e-6;
+    say(
+        "thickness",
+        holds,
+        format!("{:.3} to {greatest:.3} mm; {stock_says}, at least {least} mm shall stay", subject.thinnest_mm),
+    );
+
+    let scallop = Scallop::of(*cutter, pass.step_over_mm);
+    // On any bench light is thrown as far as the slope is great, as long as that is small.
+    let thrown = |slope: f64, along: &[DVec2]| deflection_mm(&subject.block, &subject.scene, slope, along);
+    let across = [pass.direction.unit().perp()];
+    let per_slope = scallop.map_or(Ok(0.0), |raw| Ok(thrown(raw.slope, &across)? / raw.slope))?;
+    let spread = |scallop: &Scallop| per_slope * scallop.slope;
+    match scallop {
+        Some(raw) => {
+            let left = raw.polished(polish.sigma_mm());
+            let passed = spread(&left) <= blur_mm;
+            let polished = if polish.sigma_mm() > 0.0 {
+                format!(
+                    "; polished with sigma {} mm {:.4} um and {:.3} mm",
+                    polish.sigma_mm(),
+                    1e3 * left.height_mm,
+                    spread(&left)
+                )
+            } else {
+                String::new()
+            };
+            let remedy = if passed { String::new() } else { remedy(&raw, blur_mm, &spread) };
+            say(
+                "scallops",
+                passed,
+                format!(
+                    "{:.3} um high, slope {:.5}: light is thrown {:.3} mm to either side{polished} (`max-blur` {blur_mm} mm){remedy}",
+                    1e3 * raw.height_mm,
+                    raw.slope,
+                    spread(&raw)
+                ),
+            );
+        }
+        None => say("scallops", false, "this cutter leaves steps or walls between its rows at this step-over".into()),
+    }
+
+    let facets_mm = thrown(0.5 * shape.facet_step(), &[DVec2::X, DVec2::Y])?;
+    say(
+        "facets",
+        facets_mm <= blur_mm,
+        format!(
+            "slope steps of up to {:.5} between flat triangles throw light {facets_mm:.3} mm to either side (smooth if the shop cuts the smooth face)",
+            shape.facet_step()
+        ),
+    );
+    Ok(lines)
+}
+
+/// Whether all light leaves the face towards the receiver, by the light at every node.
+fn leaving_light(subject: &Makeable) -> Result<(bool, String), Failure> {
+    let block = &subject.block;
+    let tracer = Tracer::for_block(block, &subject.scene).map_err(Failure::refused)?;
+    let ((nx, ny), (lower, upper)) = (block.nodes(), tracer.aperture_mm());
+    let node = |k: usize| {
+        let part = DVec2::new((k % nx) as f64 / (nx - 1) as f64, (k / nx) as f64 / (ny - 1) as f64);
+        lower + part * (upper - lower)
+    };
+    let none = (0.0_f64, 0_u32, 0_u32, 0_u32);
+    let (steepest, lit, reflected, astray) = (0..nx * ny)
+        .into_par_iter()
+        .filter(|&k| block.covers(node(k)))
+        .map(|k| {
+            let end = tracer.path_at(node(k)).end;
+            let inside = u32::from(end == End::TotallyReflected);
+            let aside = u32::from(!matches!(end, End::TotallyReflected | End::Receiver(_)));
+            (tracer.incidence_at(node(k)).unwrap_or(0.0), 1, inside, aside)
+        })
+        .reduce(|| none, |a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2, a.3 + b.3));
+    let share = |part: u32| 100.0 * f64::from(part) / f64::from(lit.max(1));
+    let steepest = steepest.to_degrees();
+    let Optics::Refracts { ior } = subject.scene.optics else {
+        return Ok(match astray {
+            0 => (
+                true,
+                format!("all of it is reflected to the receiver's side, at up to {steepest:.2} degrees to the normal"),
+            ),
+            _ => (false, format!("{:.2} % of the face is in the shadow or throws light at itself", share(astray))),
+        });
+    };
+    let critical = (1.0 / ior).asin().to_degrees();
+    Ok(if reflected == 0 {
+        let says = "all of it leaves: it comes at up to";
+        (true, format!("{says} {steepest:.2} degrees to the normal, total reflection begins at {critical:.2} degrees"))
+    } else {
+        let share = share(reflected);
+        (false, format!("is totally reflected on {share:.2} % of the face, beyond {critical:.2} degrees to the normal"))
+    })
+}
+
+/// What would let the scallops pass.
+fn remedy(raw: &Scallop, blur_mm: f64, spread: &dyn Fn(&Scallop) -> f64) -> String {
+    let step_over = raw.step_over_mm * blur_mm / spread(raw);
+    let sigma = (1..=200).map(|k| 0.005 * f64::from(k)).find(|sigma| spread(&raw.polished(*sigma)) <= blur_mm);
+    let polish = sigma.map_or(String::new(), |sigma| format!(", or a polish of {sigma:.3} mm"));
+    format!("; a step-over of {step_over:.3} mm would do{polish}")
+}

@@ -1,0 +1,325 @@
+//! A block that can be designed: settings validated once, then trusted.
+
+use super::{
+    bench::{bench_of, light_in_words, record_of, scene_of, warnings},
+    requirements::{Requirements, open_understood},
+    target_light::TargetLight,
+};
+use crate::{
+    bench::Bench,
+    export::StepTolerance,
+    failure::Failure,
+    grid::Outline,
+    irradiance::{TargetIrradiance, Understood},
+    light::Light,
+    memory::Method,
+    pipeline::{self, Block, DesignError},
+    record::document,
+    solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
+    solver::{Progress, Silent, SolveError, Solver},
+    spec::{DRAWING_NODES, Host, QualityName, Settings, SolverName, TransferName, name_of},
+    surface::HeightField,
+    transport::{Options, Quality, Transport},
+    warp::{Warping, WarpingPaper},
+};
+use glam::DVec2;
+use glasswarp_verify::Scene;
+use std::{path::PathBuf, sync::Arc};
+
+/// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief is known, mm.
+const NOMINAL_MM: f64 = 10.0;
+/// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
+const DRAFT_NODES: usize = 129;
+const DRAFT_MM: f64 = 0.1;
+/// Most skirts that are tried.
+const SKIRTS: usize = 6;
+/// Most of the picture's light that may be lost at the side walls.
+const MOST_VIGNETTED: f64 = 0.1;
+
+/// A block that can be designed.
+pub struct Plan {
+    /// The picture.
+    pub picture: PathBuf,
+    /// How the picture was understood.
+    pub understood: Understood,
+    /// The light to draw: what the block is judged by in perfect light.
+    pub target: TargetIrradiance,
+    /// What is behind the target, where light is not perfect or falls on a mesh.
+    pub requirements: Requirements,
+    /// The bench.
+    pub bench: Bench,
+    /// The scene in which the verifier will look at the block.
+    pub scene: Scene,
+    /// Height nodes along x and y.
+    pub nodes: (usize, usize),
+    /// The stock.
+    pub stock: Stock,
+    /// What stands around the exit face.
+    pub shape: Shape,
+    /// How near a STEP face keeps to the heights.
+    pub step: StepTolerance,
+    /// How the surface is found.
+    pub solver: SolverName,
+    /// How light is shown as a picture.
+    pub transfer: TransferName,
+    /// The settings with every default filled in that must not change when the block is made again.
+    pub settings: Settings,
+    /// What may not be meant so.
+    warnings: Vec<String>,
+}
+
+impl Plan {
+    /// Reads the picture and validates the settings.
+    ///
+    /// # Errors
+    /// Files that cannot be read, everything that makes no design.
+    pub fn new(
+        picture: PathBuf,
+        mut settings: Settings,
+        host: &dyn Host,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        let offset = settings.offset.unwrap_or(0.1);
+        let (perceived, understood, warning) = open_understood(&picture, &settings, offset, host)?;
+        let (nx, ny) = (perceived.cells().nx(), perceived.cells().ny());
+        let aspect = ny as f64 / nx as f64;
+        let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm), host)?;
+        let (block, light) = (bench.block(), bench.light());
+        let across = settings.nodes.unwrap_or_else(|| {
+            // However much of a drawing is used, it is drawn for these.
+            if understood.is_drawing() { DRAWING_NODES } else { pipeline::default_nodes(nx) }
+        });
+        let nodes =
+            pipeline::node_grid(block, pipeline::nodes_within(&bench.contour(), across)).map_err(Failure::refused)?;
+        let mut stock = settings.thickness.map_or_else(Stock::thinnest_sheet, |length| Stock::of_thickness(length.mm));
+        if let Some(least) = settings.min_thickness {
+            stock = stock.leaving_at_least(least.mm);
+        }
+        let shape = shape(&settings)?;
+        stock.check().and_then(|()| shape.check(block)).map_err(|error| Failure::refused(DesignError::from(error)))?;
+        let step = settings.step_tolerance.map_or(StepTolerance::Picture, StepTolerance::Micrometres);
+        step.check().map_err(Failure::refused)?;
+        (settings.nodes, settings.offset) = (Some(across), Some(offset));
+        let transfer = settings.transfer.unwrap_or(TransferName::Srgb);
+        let solver = settings.solver.unwrap_or_default();
+        let requirements = Requirements::of(perceived.clone(), &bench, &settings, host, progress)?;
+        let target = requirements.ideal.clone();
+        let scene = scene_of(&record_of(&bench), &settings, host)?;
+        let mut plan = Self {
+            picture,
+            understood,
+            target,
+            requirements,
+            bench,
+            scene,
+            nodes,
+            stock,
+            shape,
+            step,
+            solver,
+            transfer,
+            settings,
+            warnings: warning.into_iter().collect(),
+        };
+        plan.fit_to_light(aspect, host)?;
+        if plan.requirements.psf.is_some() && plan.bench.light() != light {
+            // The spread is that of the lamp's true distance.
+            plan.requirements = Requirements::of(perceived, &plan.bench, &plan.settings, host, progress)?;
+            plan.target = plan.requirements.ideal.clone();
+        }
+        plan.scene = scene_of(&record_of(&plan.bench), &plan.settings, host)?;
+        Ok(plan)
+    }
+
+    /// The light of the bench in words. `entry_z_mm` is the entry face of the block that was made.
+    pub fn light_in_words(&self, entry_z_mm: f64) -> String {
+        light_in_words(&self.scene, entry_z_mm)
+    }
+
+    /// The picture by the verifier's own reader, which must agree with the designer's.
+    ///
+    /// # Errors
+    /// A picture that the verifier cannot read, or reads otherwise.
+    pub fn target_light(&self, host: &dyn Host) -> Result<TargetLight, Failure> {
+        TargetLight::of(&self.picture, &self.settings, &self.requirements, &self.bench, host)
+    }
+
+    /// A block of this plan for programs.
+    pub fn document(&self, block: &Block) -> document::Block {
+        let extent = block.solid.surface().extent();
+        document::Block {
+            width_mm: extent.width_mm,
+            height_mm: extent.height_mm,
+            thickness_mm: block.solid.thickness_mm(),
+            relief_mm: block.surface.relief_mm(),
+            thinnest_mm: block.solid.thinnest_mm(),
+            nodes: [self.nodes.0, self.nodes.1],
+        }
+    }
+
+    /// A draft of the face.
+    fn draft(&mut self, aspect: f64, host: &dyn Host) -> Result<HeightField, Failure> {
+        let nodes = pipeline::node_grid(self.bench.block(), self.nodes.0.min(DRAFT_NODES)).map_err(Failure::refused)?;
+        let solver = Transport { options: Options { quality: Quality::Draft, ..Options::default() } };
+        let mut thickness_mm = NOMINAL_MM;
+        loop {
+            match solver.solve(&self.target, &self.bench, nodes, &Silent) {
+                // A sheet that nobody chose may be thicker.
+                Err(SolveError::ReachesLight { .. })
+                    if self.settings.thickness.is_none()
+                        && thickness_mm < STANDARD_SHEETS_MM[STANDARD_SHEETS_MM.len() - 1] =>
+                {
+                    thickness_mm *= 2.0;
+                    self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
+                }
+                solved => return Ok(solved.map_err(Failure::refused)?.surface),
+            }
+        }
+    }
+
+    /// Light that does not come straight from far away asks how thick the block is, which its relief decides: a draft of the face
+    /// tells, and with it the sheet, the place of the entry face, and how far the face must go on for light from the side.
+    fn fit_to_light(&mut self, aspect: f64, host: &dyn Host) -> Result<(), Failure> {
+        let straight = match self.bench.light() {
+            Light::Parallel { direction } => direction.truncate() == DVec2::ZERO,
+            Light::Point { .. } => false,
+        };
+        if straight || self.settings.is_mirror() {
+            return Ok(());
+        }
+        // Its skirt is as long in nodes as that of the face.
+        let surface = self.draft(aspect, host)?.resampled(self.nodes.0, self.nodes.1);
+        // The draft's relief is not quite that of the face.
+        let stock = match self.settings.thickness {
+            Some(_) => self.stock,
+            None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
+        };
+        let mut overshoot_mm = 0.0;
+        // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker sheet asks for more of a skirt.
+        for _ in 0..SKIRTS {
+            let solid =
+                Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;
+            let thickness_mm = -solid.entry_z_mm();
+            self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
+            self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
+            overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
+            let enough = overshoot_mm <= self.shape.skirt_mm;
+            if enough || self.settings.skirt.is_some() {
+                break;
+            }
+            self.shape.skirt_mm = overshoot_mm + DRAFT_MM;
+            self.shape.check(self.bench.block()).map_err(|e| Failure::refused(DesignError::from(e)))?;
+        }
+        let missing_mm = overshoot_mm - self.shape.skirt_mm;
+        if missing_mm > 1e-6 {
+            let share = missing_mm / self.bench.block().as_vec().min_element();
+            let what = format!(
+                "a skirt of {} mm is too narrow for this light, which enters the block up to {overshoot_mm:.2} mm beside the face: about {:.1} % of the light of the picture would have to come through a side wall",
+                self.shape.skirt_mm,
+                100.0 * share
+            );
+            if share > MOST_VIGNETTED {
+                let remedy = format!("make it {:.1}mm or wider, or leave `skirt` out", overshoot_mm + DRAFT_MM);
+                return Err(Failure::Usage(format!(
+                    "{what}; at most {} % are accepted: {remedy}",
+                    100.0 * MOST_VIGNETTED
+                )));
+            }
+            self.warnings.push(what);
+        }
+        Ok(())
+    }
+
+    /// Solves for the block.
+    pub fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
+        let solver = self.solver()?;
+        pipeline::design_shaped(
+            &self.requirements.solver,
+            &self.bench,
+            self.nodes,
+            solver.as_ref(),
+            (self.stock, self.shape),
+            progress,
+        )
+        .map(|mut block| {
+            block.summary.warnings.extend(self.warnings.iter().cloned().chain(warnings(&self.bench)));
+            block
+        })
+        .map_err(Failure::refused)
+    }
+
+    /// What the solver's memory goes by, for so many pixels and nodes along x and y.
+    pub fn memory_of_solver(&self, pixels: (usize, usize), nodes: (usize, usize)) -> Method {
+        match self.solver {
+            SolverName::Transport => {
+                let options = Options { quality: self.quality(), ..Options::default() };
+                Method::transport(Transport { options }.receiver_cells(pixels, nodes))
+            }
+            SolverName::Warping | SolverName::WarpingPaper => Method::Warping,
+        }
+    }
+
+    fn quality(&self) -> Quality {
+        match self.settings.quality.unwrap_or_default() {
+            QualityName::Draft => Quality::Draft,
+            QualityName::Normal => Quality::Normal,
+            QualityName::Fine => Quality::Fine,
+        }
+    }
+
+    /// The solver that was chosen, with its options.
+    fn solver(&self) -> Result<Box<dyn Solver>, Failure> {
+        let Settings { quality, min_radius, finish, .. } = self.settings;
+        if self.solver != SolverName::Transport && (quality.is_some() || min_radius.is_some() || finish.is_some()) {
+            return Err(Failure::Usage(format!(
+                "`quality`, `min-radius` and `finish` are options of the transport solver; the {} solver has none",
+                name_of(self.solver)
+            )));
+        }
+        if finish.is_some_and(|finish| finish.polish.is_some()) && self.bench.outline() != Outline::Rectangle {
+            return Err(Failure::Usage(
+                "a face is designed for its polish on rectangular blocks only (`outline` rectangle): next to a curved outline it would lose more light than it gains; 'glasswarp mill' tells what the polish takes from this block"
+                    .into(),
+            ));
+        }
+        Ok(match self.solver {
+            SolverName::Transport => {
+                let options = Options {
+                    quality: self.quality(),
+                    finish: finish.and_then(|finish| finish.polish),
+                    // A face without sharper hollows is what the cutter leaves of it.
+                    min_radius_mm: min_radius
+                        .map(|length| length.mm)
+                        .or(finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm())),
+                    ..Options::default()
+                };
+                options.validate().map_err(Failure::refused)?;
+                Box::new(Transport { options })
+            }
+            SolverName::Warping => Box::new(match &self.requirements.mesh {
+                Some(mesh) => Warping::default().onto(Arc::clone(mesh)),
+                None => Warping::default(),
+            }),
+            SolverName::WarpingPaper => Box::new(match &self.requirements.mesh {
+                Some(mesh) => WarpingPaper::default().onto(Arc::clone(mesh)),
+                None => WarpingPaper::default(),
+            }),
+        })
+    }
+}
+
+/// Rim, mark and origin.
+pub fn shape(settings: &Settings) -> Result<Shape, Failure> {
+    let rim = settings.rim.map(|rim| Rim {
+        width_mm: rim.width.mm,
+        rise_mm: rim.rise.mm,
+        mark_mm: settings.mark.map(|length| length.mm),
+    });
+    if rim.is_none() && settings.mark.is_some() {
+        return Err(Failure::Usage(
+            "`mark` cuts off a corner of the rim, and there is none: add `rim` WIDTH,HEIGHT".into(),
+        ));
+    }
+    let skirt_mm = settings.skirt.map_or(0.0, |length| length.mm);
+    Ok(Shape { skirt_mm, rim, origin: settings.origin.unwrap_or_default().into() })
+}

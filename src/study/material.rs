@@ -1,0 +1,60 @@
+//! What a block is made of, and its index at the wavelength that it is designed for.
+
+use crate::{
+    failure::Failure,
+    materials::{self, Material},
+    spec::{Settings, Wavelength, nearest},
+};
+
+/// The index of the block that settings describe.
+pub fn ior_of(settings: &Settings) -> Result<f64, Failure> {
+    let named = |name: &String| {
+        materials::by_name(name).ok_or_else(|| {
+            Failure::Usage(format!(
+                "there is no material '{name}'{}; `glasswarp materials` lists those known, `ior` takes any index",
+                nearest(name, materials::MATERIALS.iter().map(|material| material.name))
+                    .map(|near| format!(", did you mean '{near}'?"))
+                    .unwrap_or_default()
+            ))
+        })
+    };
+    match (&settings.material, settings.wavelength) {
+        (Some(name), wavelength) => ior_at(named(name)?, wavelength),
+        (None, Some(wavelength)) => Err(Failure::Usage(format!(
+            "`wavelength` {wavelength} decides the index of a material, and none is named: add `material`"
+        ))),
+        (None, None) => Ok(settings.ior.unwrap_or(1.5)),
+    }
+}
+
+/// The index of a material at a wavelength; at the catalogue's own if none is given.
+pub fn ior_at(material: &Material, wavelength: Option<Wavelength>) -> Result<f64, Failure> {
+    match wavelength {
+        None => Ok(material.ior),
+        Some(Wavelength { nm }) => material.ior_at(nm).ok_or_else(|| no_dispersion(material)),
+    }
+}
+
+pub(super) fn no_dispersion(material: &Material) -> Failure {
+    let known: Vec<&str> =
+        materials::MATERIALS.iter().filter(|m| m.dispersion.is_some()).map(|material| material.name).collect();
+    Failure::Usage(format!(
+        "how the index of {} follows the wavelength is not known here; it is of {}",
+        material.name,
+        known.join(", ")
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blue_is_bent_more_than_red_and_the_unknown_is_refused() {
+        let pmma = materials::by_name("pmma").unwrap();
+        let at = |nm: f64| ior_at(pmma, Some(Wavelength { nm })).unwrap();
+        assert!(at(450.0) > ior_at(pmma, None).unwrap() && ior_at(pmma, None).unwrap() > at(650.0));
+        let petg = materials::by_name("petg").unwrap();
+        assert!(ior_at(petg, Some(Wavelength { nm: 532.0 })).unwrap_err().to_string().contains("pmma"));
+    }
+}

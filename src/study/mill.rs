@@ -1,0 +1,168 @@
+//! A block milled and polished in simulation, and its picture after every step.
+
+use super::{
+    bench::exit_face,
+    changed::deflection_mm,
+    design::shape,
+    workpiece::{View, Workpiece, view_milled},
+};
+use crate::{
+    export,
+    fabricate::{Milled, Pass, RowsCost, Scallop},
+    failure::Failure,
+    record::{BenchRecord, document},
+    solid::{Shape, Solid, Stock},
+    solver::Progress,
+    surface::{HeightField, Polish},
+};
+
+/// A step of the work, and the light after it.
+pub struct MillStep {
+    /// What was done.
+    pub name: String,
+    /// The face after it.
+    pub surface: HeightField,
+    /// The light after it.
+    pub view: View,
+}
+
+impl MillStep {
+    /// The same for programs.
+    pub fn document(&self) -> document::MillStep {
+        let heights = self.surface.heights_mm();
+        document::MillStep {
+            name: self.name.clone(),
+            rel_rms: document::finite(self.view.metrics.rel_rms),
+            ssim: document::finite(self.view.metrics.ssim),
+            nodes: [heights.nx(), heights.ny()],
+        }
+    }
+}
+
+/// A block worked on in simulation.
+pub struct MillStudy {
+    /// The pass.
+    pub pass: Pass,
+    /// The polish after it.
+    pub polish: Option<Polish>,
+    /// The face as designed, then as it is after every step; at least two.
+    pub steps: Vec<MillStep>,
+    /// The way of the cutter.
+    pub cost: RowsCost,
+    /// The ridges that the cutter leaves, and how far they throw light, mm.
+    pub scallop: Option<(Scallop, f64)>,
+}
+
+impl MillStudy {
+    /// Mills and polishes a block.
+    ///
+    /// # Errors
+    /// A pass that does not fit the block.
+    pub fn of(piece: &Workpiece, pass: Pass, polish: Option<Polish>, progress: &dyn Progress) -> Result<Self, Failure> {
+        pass.check(piece.surface.extent()).map_err(Failure::refused)?;
+        progress.begin("milling and tracing", 2 + 2 * usize::from(polish.is_some()));
+        let step = |name: &str, surface: HeightField| -> Result<MillStep, Failure> {
+            Ok(MillStep { name: name.into(), view: piece.view(&surface)?, surface })
+        };
+        let mut steps = vec![step("as designed", piece.surface.clone())?];
+        progress.advance(1);
+        let milled = mill(&piece.surface, &pass)?;
+        let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
+        let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
+        steps.push(MillStep { name, view, surface });
+        progress.advance(2);
+        if let Some(polish) = polish {
+            let name = format!("and polished, sigma {} mm", polish.sigma_mm());
+            steps.push(step(&name, polished(&steps[1].surface, &piece.surface, polish))?);
+            progress.advance(3);
+            // The same polish without scallops tells what costs what.
+            let alone = format!("polished alone, sigma {} mm", polish.sigma_mm());
+            steps.insert(1, step(&alone, polish.polished(&piece.surface))?);
+            progress.advance(4);
+        }
+        let scallop = Scallop::of(pass.cutter, pass.step_over_mm);
+        let deflected = |scallop: Scallop| {
+            let across = [pass.direction.unit().perp()];
+            Ok::<_, Failure>((scallop, deflection_mm(&piece.block, &piece.scene(), scallop.slope, &across)?))
+        };
+        let scallop = scallop.map(deflected).transpose()?;
+        Ok(Self { pass, polish, steps, cost: pass.cost(&piece.surface.contour()), scallop })
+    }
+
+    /// The face in the end.
+    pub fn last(&self) -> &MillStep {
+        &self.steps[self.steps.len() - 1]
+    }
+
+    /// The block as it is in the end, its record, and what was done to it, in words: on the nodes of
+    /// the design where these hold the face, after a polish that leaves nothing of the scallops.
+    ///
+    /// # Errors
+    /// A face of more nodes than a file of it could hold.
+    pub fn result(&self, piece: &Workpiece) -> Result<(Solid, BenchRecord, String), Failure> {
+        let Self { pass, polish, .. } = self;
+        let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
+        let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
+        let last = self.last();
+        let surface = if smooth { last.surface.resampled(nx, ny) } else { last.surface.clone() };
+        let nodes = surface.heights_mm().as_slice().len();
+        if nodes > MOST_FILE_NODES {
+            return Err(Failure::Usage(format!(
+                "a file with every scallop takes {nodes} nodes, more than {MOST_FILE_NODES}: take a larger step-over, or polish with at least `polish` {}mm, after which the design's own nodes hold the face",
+                pass.step_over_mm
+            )));
+        }
+        // The entry face stays where it is, and so does what stands around the exit face, which has its skirt already.
+        let shape = Shape { skirt_mm: 0.0, ..shape(&piece.side.design)? };
+        let rise_mm = shape.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0));
+        let thickness_mm = Solid::highest_mm(&surface) + rise_mm - piece.block.entry_z_mm();
+        let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
+        let solid = Solid::shaped(&surface, stock, shape).map_err(Failure::refused)?;
+        let (heights, corner) = (solid.surface().heights_mm(), solid.surface().contour().radius_mm());
+        let bench = BenchRecord {
+            entry_z_mm: solid.entry_z_mm(),
+            relief_mm: surface.relief_mm(),
+            thinnest_mm: solid.thinnest_mm(),
+            nodes: [heights.nx(), heights.ny()],
+            corner_radius_mm: corner.to_array(),
+            ..piece.side.bench.clone()
+        };
+        let allowance =
+            if pass.allowance_mm > 0.0 { format!(", leaving {} mm", pass.allowance_mm) } else { String::new() };
+        let polished = polish.map(|p| format!(", polished with sigma {} mm", p.sigma_mm())).unwrap_or_default();
+        let before = piece.side.work.as_ref().map(|work| format!("{}; ", work.done)).unwrap_or_default();
+        let done = format!(
+            "{before}milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
+            pass.cutter, pass.step_over_mm, pass.direction
+        );
+        Ok((solid, bench, done))
+    }
+
+    /// What exporters say of the block in the end; `name` is that of the block before.
+    pub fn export_design(&self, piece: &Workpiece, name: &str) -> export::Design {
+        let before = &piece.side.bench;
+        export::Design { name: format!("{name} milled"), exit_face: exit_face(before), distance_mm: before.distance_mm }
+    }
+}
+
+/// A file of this many nodes has a gigabyte as STL.
+const MOST_FILE_NODES: usize = 10_000_000;
+
+/// The face that a pass leaves.
+pub fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
+    Milled::of(surface, *pass).map_err(Failure::refused)
+}
+
+/// A milled face after its polish, on no more nodes than it then needs and on no fewer than the design has: at a spacing of half the
+/// standard deviation the polish has left 3e-9 of the shortest wave that the nodes hold.
+pub fn polished(milled: &HeightField, design: &HeightField, polish: Polish) -> HeightField {
+    let (fine, coarse) = (milled.heights_mm(), design.heights_mm());
+    let polished = polish.polished(milled);
+    let enough = |size: f64, fine: usize, coarse: usize| {
+        let cells = 2.0 * size / polish.sigma_mm();
+        (1 + cells.ceil().clamp(0.0, 1e9) as usize).max(coarse).min(fine)
+    };
+    let extent = milled.extent();
+    let (nx, ny) = (enough(extent.width_mm, fine.nx(), coarse.nx()), enough(extent.height_mm, fine.ny(), coarse.ny()));
+    if (nx, ny) == (fine.nx(), fine.ny()) { polished } else { polished.resampled(nx, ny) }
+}

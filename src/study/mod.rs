@@ -1,0 +1,31 @@
+//! What is found out about a block: typed questions, typed answers. Nothing here prints, knows a
+//! command line, or opens a file but through its [`Host`](crate::spec::Host).
+//!
+//! A [`Plan`] is a design that can be made; [`DesignVerification`] judges its files. Any other solid is
+//! [placed](Placement) and [judged](Judgement), checked ([`CheckStudy`]), milled ([`MillStudy`]),
+//! put under [tolerances](ToleranceStudy), [swept](Swept), and seen in [white light](WhiteLight).
+//!
+//! Settings that messages speak of stand in backticks.
+
+pub mod bench;
+pub mod budget;
+pub mod changed;
+pub mod check;
+pub mod cutters;
+pub mod design;
+pub mod diagnosis;
+pub mod finish;
+pub mod imperfect;
+pub mod judge;
+mod lamp;
+pub mod material;
+pub mod mill;
+pub mod placement;
+pub mod requirements;
+pub mod side_record;
+pub mod sweep;
+pub mod target_light;
+pub mod tolerance;
+pub mod verification;
+pub mod white;
+pub mod workpiece;

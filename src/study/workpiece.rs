@@ -1,0 +1,162 @@
+//! A block from a file, on its bench, as something that is worked on and looked at again.
+
+use super::{
+    bench::scene_of,
+    changed::changed_bench,
+    judge::{Examiner, Subject},
+    placement::{Expected, Placing, place_block},
+    requirements::{Requirements, open_target},
+    target_light::TargetLight,
+};
+use crate::{
+    fabricate::Milled,
+    failure::Failure,
+    grid::{Extent, Field, Outline},
+    irradiance::TargetIrradiance,
+    record::SideFile,
+    solver::Progress,
+    spec::Host,
+    surface::HeightField,
+};
+use glam::{DVec2, DVec3};
+use glasswarp_verify::{Block, Geometry, Image, Mesh, Scene, Surface, Traversal, beams, metrics::Metrics};
+
+/// A block and everything that it takes to judge it.
+pub struct Workpiece {
+    /// Its side file.
+    pub side: SideFile,
+    /// As it was found: every other face stands on its entry face, within its outline and rim, and on its bench.
+    pub block: Block,
+    /// Its exit face.
+    pub surface: HeightField,
+    /// Traces it, and compares with the picture.
+    pub examiner: Examiner,
+    /// The light to be drawn in perfect light.
+    pub ideal: TargetIrradiance,
+}
+
+/// The light of a block and how well it draws the picture.
+pub struct View {
+    /// Irradiance on the receiver.
+    pub image: Image,
+    /// How well it draws the picture.
+    pub metrics: Metrics,
+}
+
+impl Workpiece {
+    /// Takes the mesh of a block, `name`, and its side file, to be looked at on its bench, or at
+    /// another distance and through another index. `origin_mm` is from where its coordinates are
+    /// counted.
+    ///
+    /// # Errors
+    /// No block, no picture, files that cannot be read, a bench that cannot be.
+    pub fn of(
+        (mesh, name, origin_mm): (Mesh, &str, DVec3),
+        side: SideFile,
+        (ior, distance_mm): (Option<f64>, Option<f64>),
+        pixels: usize,
+        (host, progress): (&dyn Host, &dyn Progress),
+    ) -> Result<Self, Failure> {
+        let expected = Expected { bench: &side.bench, origin_mm };
+        let (_, block, warnings) = place_block(mesh, name, Some(expected), Placing::Righted)?;
+        warnings.iter().for_each(|warning| host.warn(warning));
+        let design = &side.design;
+        let picture = design.picture.as_ref().ok_or_else(|| {
+            Failure::Usage("the side file names no picture, by which the block could be judged".into())
+        })?;
+        let designers = open_target(picture, design, design.offset.unwrap_or(0.0), host)?;
+        let (requirements, bench) = Requirements::of_side(designers, &side, host, progress)?;
+        let target = TargetLight::of(picture, design, &requirements, &bench, host)?;
+        let scene = changed_bench(scene_of(&side.bench, design, host)?, Some(&block), ior, distance_mm)?;
+        let examiner = Examiner::new(scene, Some(target.in_perfect_light()), pixels);
+        let surface = surface_of(&block)?;
+        Ok(Self { side, block, surface, examiner, ideal: requirements.ideal })
+    }
+
+    /// The light of a face on this block.
+    pub fn view(&self, surface: &HeightField) -> Result<View, Failure> {
+        view(&self.examiner, &self.block, surface)
+    }
+
+    /// The bench with its pixels, for the smooth surface of a face.
+    pub fn scene(&self) -> Scene {
+        let subject = Subject::Block(Box::new(self.block.clone()));
+        Scene { surface: Surface::Spline, traversal: Traversal::Grid, ..self.examiner.scene_for(&subject) }
+    }
+}
+
+/// Beams per pixel along each side that a milled face is traced with at least. With fewer than of a smooth face: the image is within
+/// 0.001 of that of infinitely many, where scallops move it by a hundred times that.
+const SCALLOP_BEAMS: usize = 4;
+/// Most beams that are traced at once.
+const MOST_BEAMS: usize = 1 << 30;
+
+/// The light of a milled face on a block, by its own slopes, and the face: of many millions of nodes there is never a second copy.
+/// `design` is the face before.
+pub fn view_milled(
+    examiner: &Examiner,
+    block: &Block,
+    design: &HeightField,
+    milled: Milled,
+) -> Result<(View, HeightField), Failure> {
+    let heights = milled.surface.into_heights_mm();
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let face = block.clone().with_face((nx, ny), heights.into_vec());
+    let face = face.and_then(|face| face.with_slopes(milled.slopes.into_vec())).map_err(Failure::refused)?;
+    let subject = Subject::Block(Box::new(face));
+    let scene = Scene { surface: Surface::Smooth, traversal: Traversal::Grid, ..examiner.scene_for(&subject) };
+    let (wide, high) = examiner.pixels();
+    // As many to every cell.
+    let along_y = (SCALLOP_BEAMS * high).div_ceil(ny - 1) * (ny - 1);
+    let along_x = (SCALLOP_BEAMS * wide).max(nx - 1).min(MOST_BEAMS / along_y);
+    let image = beams(&subject.tracer(&scene)?, along_x, along_y).image;
+    let view = View { metrics: compare(examiner, &image)?, image };
+    let Subject::Block(face) = subject else { unreachable!("it was made a block") };
+    Ok((view, design.with_heights(Field::from_vec(nx, ny, face.into_heights_mm()))))
+}
+
+/// The light of another face on a block.
+pub fn view(examiner: &Examiner, block: &Block, surface: &HeightField) -> Result<View, Failure> {
+    view_of(examiner, &Subject::Block(Box::new(with_face(block, surface)?)))
+}
+
+/// The light of the smooth surface of a block.
+pub fn view_of(examiner: &Examiner, block: &Subject) -> Result<View, Failure> {
+    let image = examiner.trace(block, Surface::Spline, Geometry::Displaced)?.image;
+    Ok(View { metrics: compare(examiner, &image)?, image })
+}
+
+/// A block with another face.
+pub fn with_face(block: &Block, surface: &HeightField) -> Result<Block, Failure> {
+    let heights = surface.heights_mm();
+    block.clone().with_face((heights.nx(), heights.ny()), heights.as_slice().to_vec()).map_err(Failure::refused)
+}
+
+fn compare(examiner: &Examiner, image: &Image) -> Result<Metrics, Failure> {
+    examiner.compare(image)?.ok_or_else(|| Failure::Usage("there is no picture to compare with".into()))
+}
+
+/// The exit face of a block as a height field in the block's own frame, which goes on smoothly beyond its outline.
+///
+/// # Errors
+/// An outline that is neither an ellipse nor a rectangle with round corners.
+pub fn surface_of(block: &Block) -> Result<HeightField, Failure> {
+    let (size, (nx, ny)) = (block.size_mm(), block.nodes());
+    let extent = Extent::new(size.x, size.y);
+    let heights = Field::from_vec(nx, ny, block.heights_mm().to_vec());
+    let Some(points) = block.outline() else { return Ok(HeightField::found(extent, Outline::Rectangle, heights)) };
+    let points: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
+    let tolerance_mm = OUTLINE_TOLERANCE * extent.node_spacing(nx, ny).min_element();
+    let outline = Outline::through(&points, extent, tolerance_mm).ok_or_else(|| Failure::refused(UnknownOutline))?;
+    Ok(HeightField::found(extent, outline, heights).continued())
+}
+
+/// How far the points of a file may lie off the curve of an outline, in spacings of its nodes.
+const OUTLINE_TOLERANCE: f64 = 0.1;
+
+/// An outline that nobody made here.
+#[derive(Clone, Copy, Debug, thiserror::Error)]
+#[error(
+    "the outline of this block is neither an ellipse nor a rectangle with round corners, which checks and milling take; `glasswarp verify` takes any"
+)]
+struct UnknownOutline;
