@@ -88,14 +88,20 @@ const BENCHES: [&str; 4] = [
 
 #[test]
 fn renderers_land_rays_of_round_blocks_where_the_verifier_does() {
-    for outline in ["circle", "rounded:8mm"] {
+    // Between the last whole cells and the outline renderers interpolate over other triangles, which one ray of a thousand
+    // meets; else they do as in rectangular blocks. Percentiles 50, 99 and 99.9, um.
+    for (outline, povray, blender) in
+        [("circle", [0.31, 0.71, 9.97], [0.19, 0.67, 10.52]), ("rounded:8mm", [0.31, 0.57, 5.22], [0.18, 0.4, 5.05])]
+    {
         let workshop = block_on(&format!("--ior 1.49 --outline {outline}"));
-        for (renderer, package) in [("povray", "Debian: povray"), ("blender", "Debian: blender")] {
+        for (renderer, package, measured) in
+            [("povray", "Debian: povray", povray), ("blender", "Debian: blender", blender)]
+        {
             if common::program(renderer, package).is_some() {
-                // Between the last whole cells and the outline renderers interpolate over other triangles: at worst 51 um, in one
-                // ray of a thousand 14 um, else as in rectangular blocks.
                 let um = map(&workshop, renderer, 0.0);
-                assert!(um[1] < 0.5 && um[3] < 2.0 && um[4] < 30.0, "{outline}, {renderer}: {um:?}");
+                for (measured, found) in measured.into_iter().zip([um[1], um[3], um[4]]) {
+                    within_tenth_of(measured, found, format_args!("{outline}, {renderer}: {um:?}"));
+                }
             }
         }
     }
