@@ -467,7 +467,7 @@ mod tests {
             (bench.clone().with_outline(Outline::Circle).unwrap().contour().share_of_extent()
                 - std::f64::consts::FRAC_PI_4)
                 .abs()
-                < 1e-4
+                < 1e-12
         );
     }
 

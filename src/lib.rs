@@ -75,6 +75,9 @@ pub mod grid;
 pub mod irradiance;
 pub mod light;
 pub mod materials;
+#[cfg(test)]
+#[path = "../tests/common/measured.rs"]
+mod measured;
 pub mod memory;
 pub mod optics;
 pub mod optim;

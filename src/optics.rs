@@ -217,7 +217,7 @@ mod tests {
             };
             let (dx, dy) = (column(DVec2::X), column(DVec2::Y));
             let expected = dx.perp_dot(dy).abs().sqrt();
-            assert!((face.slope_gain(ray) / expected - 1.0).abs() < 1e-6, "{face:?}");
+            assert!((face.slope_gain(ray) / expected - 1.0).abs() < 1e-9, "{face:?}");
         }
         let gain = |face| interface(face, DVec2::ZERO).slope_gain(DVec3::new(0.0, 0.0, 250.0)) * 250.0;
         assert!((gain(ExitFace::Refracts { ior: 1.5 }) - 2.0).abs() < 1e-12);

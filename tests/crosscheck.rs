@@ -3,7 +3,7 @@
 mod common;
 
 use common::{
-    measured::within_tenth_of,
+    measured::{prints_within_tenth_of, within_tenth_of},
     workshop::{FILE, FINE, REFUSED, SHORT, Workshop},
 };
 
@@ -41,9 +41,9 @@ fn map(workshop: &Workshop, renderer: &str, contested: f64) -> Vec<f64> {
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
     assert!(numbers(&outcome.out, "rays")[1] <= contested, "{}", outcome.out);
     assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());
-    // Renderers see interpolated normals, the picture was made for the spline: both are a few micrometres apart.
+    // Renderers see interpolated normals, the picture was made for the spline: both are micrometres apart.
     let spline = numbers(&outcome.out, "the spline surface");
-    assert!(spline[0] > 0.0 && spline[0] < 50.0, "{}", outcome.out);
+    assert!(spline[0] > 0.0, "{}", outcome.out);
     numbers(&outcome.out, "same normals, interpolated")
 }
 
@@ -55,7 +55,8 @@ fn povray_lands_rays_where_the_verifier_does() {
     let um = map(&block(), "povray", 0.0);
     // Uniform rounding to steps of 62 mm / 65535 in x and y is 0.39 um rms and 0.67 um at worst; POV-Ray keeps vertices and
     // normals in single precision.
-    assert!(um[0] < 0.6 && um[5] < 2.0, "{um:?}");
+    within_tenth_of(0.33, um[0], "rms");
+    within_tenth_of(0.57, um[5], "worst");
 }
 
 #[test]
@@ -64,35 +65,51 @@ fn blender_lands_rays_where_the_verifier_does() {
         return;
     }
     let um = map(&block(), "blender", 0.0);
-    // Everything is in single precision there; 0.1 um is measured.
-    assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{um:?}");
+    // Everything is in single precision there.
+    within_tenth_of(0.18, um[1], "50 %");
+    within_tenth_of(0.22, um[3], "99 %");
+    within_tenth_of(0.23, um[5], "worst");
 }
 
 /// In oblique light a ray may graze the wall by the one and the face by the other.
 const GRAZING: f64 = 1.0;
 
-/// Rays that pass exactly through an edge of two triangles may be lost by Mitsuba: 10 of 45 056 are, which is less than the command's
-/// own limit.
-const MITSUBA_LOSES: f64 = 40.0;
+/// Rays that pass exactly through an edge of two triangles may be lost by Mitsuba: 10 of 45 056 are in straight light.
+const MITSUBA_LOSES: f64 = 11.0;
+
+/// A bench, and what is measured there, um: of POV-Ray rms and the worst, of Blender and Mitsuba the percentiles 50 and 99
+/// and the worst.
+type Landing = (&'static str, [f64; 2], [f64; 3], [f64; 3]);
 
 /// Light at an angle onto a leaning receiver, light from near by, mirrors: what renderers know nothing of as a bench.
-const BENCHES: [&str; 4] = [
-    "--ior 1.49 --tilt 15deg --receiver-tilt 20deg,30deg",
-    "--ior 1.49 --source-distance 200mm --tilt 5deg,50deg",
-    "--mirror --tilt 20deg",
-    "--mirror --source-distance 250mm --tilt 10deg --receiver-tilt 15deg",
+const BENCHES: [Landing; 4] = [
+    ("--ior 1.49 --tilt 15deg --receiver-tilt 20deg,30deg", [0.35, 0.6], [0.2, 0.24, 0.3], [4.44, 6.04, 7.58]),
+    ("--ior 1.49 --source-distance 200mm --tilt 5deg,50deg", [0.57, 0.99], [0.32, 0.42, 0.45], [2.62, 4.92, 5.61]),
+    ("--mirror --tilt 20deg", [0.33, 1.18], [0.17, 0.21, 0.23], [3.78, 4.2, 4.24]),
+    (
+        "--mirror --source-distance 250mm --tilt 10deg --receiver-tilt 15deg",
+        [0.53, 0.92],
+        [0.27, 0.32, 0.51],
+        [1.82, 3.03, 3.27],
+    ),
 ];
 
 #[test]
 fn renderers_land_rays_of_round_blocks_where_the_verifier_does() {
-    for outline in ["circle", "rounded:8mm"] {
+    // Between the last whole cells and the outline renderers interpolate over other triangles, which one ray of a thousand
+    // meets; else they do as in rectangular blocks. Percentiles 50, 99 and 99.9, um.
+    for (outline, povray, blender) in
+        [("circle", [0.31, 0.71, 9.97], [0.19, 0.67, 10.52]), ("rounded:8mm", [0.31, 0.57, 5.22], [0.18, 0.4, 5.05])]
+    {
         let workshop = block_on(&format!("--ior 1.49 --outline {outline}"));
-        for (renderer, package) in [("povray", "Debian: povray"), ("blender", "Debian: blender")] {
+        for (renderer, package, measured) in
+            [("povray", "Debian: povray", povray), ("blender", "Debian: blender", blender)]
+        {
             if common::program(renderer, package).is_some() {
-                // Between the last whole cells and the outline renderers interpolate over other triangles: at worst 51 um, in one
-                // ray of a thousand 14 um, else as in rectangular blocks.
                 let um = map(&workshop, renderer, 0.0);
-                assert!(um[1] < 0.5 && um[3] < 2.0 && um[4] < 30.0, "{outline}, {renderer}: {um:?}");
+                for (measured, found) in measured.into_iter().zip([um[1], um[3], um[4]]) {
+                    within_tenth_of(measured, found, format_args!("{outline}, {renderer}: {um:?}"));
+                }
             }
         }
     }
@@ -103,26 +120,31 @@ fn renderers_land_rays_where_the_verifier_does_on_every_bench() {
     let povray = common::program("povray", "Debian: povray").is_some();
     let blender = common::program("blender", "Debian: blender").is_some();
     let mitsuba = has_package("mitsuba");
-    for bench in BENCHES {
+    for (bench, of_povray, of_blender, of_mitsuba) in BENCHES {
         let workshop = block_on(bench);
         let um = |renderer: &str, contested: f64| {
             let um = map(&workshop, renderer, contested);
             println!("{bench}: {renderer} {um:?}");
             um
         };
+        let hold = |measured: &[f64], found: &[f64], renderer: &str| {
+            for (measured, found) in measured.iter().zip(found) {
+                within_tenth_of(*measured, *found, format_args!("{bench}: {renderer}"));
+            }
+        };
         if povray {
             // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
             let um = um("povray", GRAZING);
-            assert!(um[0] < 1.0 && um[5] < 4.0, "{bench}: {um:?}");
+            hold(&of_povray, &[um[0], um[5]], "POV-Ray");
         }
         if blender {
             let um = um("blender", GRAZING);
-            assert!(um[1] < 0.5 && um[3] < 2.0 && um[5] < 10.0, "{bench}: {um:?}");
+            hold(&of_blender, &[um[1], um[3], um[5]], "Blender");
         }
         if mitsuba {
-            // A ray goes on a little beside where it arrived, the more the more oblique it is: 4 um are measured.
+            // A ray goes on a little beside where it arrived, the more the more oblique it is.
             let um = um("mitsuba", MITSUBA_LOSES);
-            assert!(um[1] < 6.0 && um[3] < 12.0 && um[5] < 60.0, "{bench}: {um:?}");
+            hold(&of_mitsuba, &[um[1], um[3], um[5]], "Mitsuba");
         }
     }
 }
@@ -136,8 +158,10 @@ fn has_package(name: &str) -> bool {
 fn mitsuba_lands_rays_where_the_verifier_does() {
     if has_package("mitsuba") {
         let um = map(&block(), "mitsuba", MITSUBA_LOSES);
-        // Everything is in single precision there, and a ray goes on a little beside where it arrived; 1.4 um is measured.
-        assert!(um[1] < 3.0 && um[3] < 6.0 && um[5] < 10.0, "{um:?}");
+        // Everything is in single precision there, and a ray goes on a little beside where it arrived.
+        within_tenth_of(0.74, um[1], "50 %");
+        within_tenth_of(1.23, um[3], "99 %");
+        within_tenth_of(1.25, um[5], "worst");
     }
 }
 
@@ -265,10 +289,11 @@ fn blender_draws_the_verifiers_caustic_on_every_bench_that_it_is_set_up_for() {
 #[test]
 #[ignore = "a minute each"]
 fn povray_and_blender_draw_the_verifiers_caustic_finely() {
-    for (renderer, shared) in [("povray", 0.015), ("blender", 0.02)] {
+    for (renderer, measured) in [("povray", [0.0043, 0.0043, 0.0005]), ("blender", [0.0033, 0.0019, 0.0027])] {
         if common::program(renderer, renderer).is_some() {
-            let [one, noise, rest] = image(&block(), renderer, 512);
-            assert!(one < 0.02 && noise > 0.0 && noise < 0.02 && rest < shared, "{renderer}: {one} {noise} {rest}");
+            for (measured, found) in measured.into_iter().zip(image(&block(), renderer, 512)) {
+                prints_within_tenth_of(measured, found, renderer);
+            }
         }
     }
 }
@@ -276,11 +301,14 @@ fn povray_and_blender_draw_the_verifiers_caustic_finely() {
 #[test]
 #[ignore = "minutes"]
 fn mitsuba_and_luxcore_draw_the_verifiers_caustic() {
-    for (renderer, package) in [("mitsuba", "mitsuba"), ("luxcore", "pyluxcore")] {
-        if has_package(package) {
-            let [_, noise, rest] = image(&block(), renderer, 512);
-            // Noisy renderers: what they share with each other but not with the verifier must drown in that.
-            assert!(noise < 0.1 && rest < 0.25 * noise + 0.01, "{renderer}: {noise} {rest}");
+    // Noisy renderers: what their runs share with each other but not with the verifier must drown in that.
+    if has_package("mitsuba") {
+        for (measured, found) in [0.0324, 0.0319, 0.0054].into_iter().zip(image(&block(), "mitsuba", 512)) {
+            prints_within_tenth_of(measured, found, "mitsuba");
         }
+    }
+    if has_package("pyluxcore") {
+        let [_, noise, rest] = image(&block(), "luxcore", 512);
+        assert!(noise < 0.1 && rest < 0.25 * noise + 0.01, "luxcore: {noise} {rest}");
     }
 }

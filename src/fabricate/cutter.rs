@@ -222,7 +222,7 @@ mod tests {
             for r in [0.3, 1.1, 2.3, 2.9] {
                 let e = 1e-6;
                 let difference = (cutter.profile_mm(r + e) - cutter.profile_mm(r - e)) / (2.0 * e);
-                assert!((cutter.profile_slope(r) - difference).abs() < 1e-6 * (1.0 + difference), "{cutter} at {r}");
+                assert!((cutter.profile_slope(r) - difference).abs() < 1e-8 * (1.0 + difference), "{cutter} at {r}");
                 // A plane is touched where the profile is as steep as the plane.
                 let slope = cutter.profile_slope(r);
                 assert!(slope == 0.0 || (cutter.contact_mm(slope) - r).abs() < 1e-12);

@@ -346,6 +346,7 @@ fn differences(row: &mut [[f64; 2]], spacing_mm: f64) {
 mod tests {
     use super::*;
     use crate::grid::{Field, Outline};
+    use crate::measured::at_worst;
 
     const BLOCK: Extent = Extent::new(60.0, 40.0);
 
@@ -376,7 +377,7 @@ mod tests {
         // Slanted rows cover the same area.
         let slanted = Pass { direction: Direction::at(30.0), ..pass }.cost(&Outline::Rectangle.within(BLOCK));
         let cutting = slanted.length_mm - slanted.rows as f64 * (4.0 + 0.5) + 0.5;
-        assert!((cutting * 0.5 - 2400.0).abs() < 20.0, "{cutting}");
+        assert!((cutting * 0.5 - 2400.0).abs() < 1e-9, "{cutting}");
     }
 
     #[test]
@@ -387,7 +388,7 @@ mod tests {
             let cost = pass.cost(&disc);
             assert_eq!(cost.rows, 401);
             let chords = cost.length_mm - 401.0 * 4.0 - 400.0 * 0.1;
-            assert!((0.1 * chords / disc.area_mm2() - 1.0).abs() < 1e-3, "{degrees}: {chords}");
+            at_worst(1.33e-4, (0.1 * chords / disc.area_mm2() - 1.0).abs(), format_args!("{degrees}: {chords}"));
         }
     }
 
@@ -406,7 +407,7 @@ mod tests {
         let middle = rows.positions / 4..3 * rows.positions / 4;
         for i in middle {
             let difference = (row[i + 1][0] - row[i - 1][0]) / (2.0 * rows.spacing_mm);
-            assert!((difference - row[i][1]).abs() < 1e-3, "{i}: {difference} for {}", row[i][1]);
+            at_worst(1.9e-5, (difference - row[i][1]).abs(), format_args!("{i}: {difference} for {}", row[i][1]));
         }
     }
 }

@@ -271,6 +271,7 @@ fn chord(half: f64, radius: f64, beyond: f64, other: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
 
     const EXTENT: Extent = Extent::new(60.0, 40.0);
     const ALL: [Outline; 3] = [Outline::Rectangle, Outline::Circle, Outline::Rounded { radius_mm: 7.0 }];
@@ -285,14 +286,14 @@ mod tests {
             let polygon = contour.polygon(1e-6);
             let next = |k: usize| polygon[(k + 1) % polygon.len()];
             let sum: f64 = (0..polygon.len()).map(|k| 0.5 * polygon[k].perp_dot(next(k))).sum();
-            assert!((sum - area).abs() < 2e-4, "{outline:?}: {sum} of {area}");
+            at_worst(2.1e-5, (sum - area).abs(), format_args!("{outline:?}: {sum} of {area}"));
             let rows = 20_000;
             let chords: f64 = (0..rows)
                 .map(|k| 2.0 * contour.half_width_mm(40.0 * (f64::from(k) + 0.5) / f64::from(rows) - 20.0))
                 .sum::<f64>()
                 * 40.0
                 / f64::from(rows);
-            assert!((chords - area).abs() < 1e-3, "{outline:?}: {chords} of {area}");
+            at_worst(2.1e-4, (chords - area).abs(), format_args!("{outline:?}: {chords} of {area}"));
         }
     }
 
@@ -306,12 +307,16 @@ mod tests {
                 let middle = contour.foot(0.5 * (a + b));
                 let level = contour.level(middle);
                 assert!(level.distance_mm.abs() < 1e-12, "{outline:?} at {middle}: {}", level.distance_mm);
-                assert!(level.normal.dot((b - a).normalize()).abs() < 2e-2);
+                assert!(level.normal.dot((b - a).normalize()).abs() < 1e-11);
                 assert!((b - a).perp_dot(level.normal) < 0.0, "outward");
                 for step in [-0.3, 0.2] {
                     let off = middle + step * level.normal;
                     let distance = contour.level(off).distance_mm;
-                    assert!((distance - step).abs() < 0.02 * step.abs(), "{outline:?}: {distance} for {step}");
+                    at_worst(
+                        0.00104,
+                        (distance - step).abs() / step.abs(),
+                        format_args!("{outline:?}: {distance} for {step}"),
+                    );
                     assert_eq!(contour.contains(off), step < 0.0);
                 }
                 assert!((contour.crossing(DVec2::ZERO, 2.0 * middle) - middle).length() < 1e-12);
@@ -349,7 +354,7 @@ mod tests {
                     .sum::<f64>()
                     * reach
                     / 200.0;
-                assert!((area / contour.area_mm2() - 1.0).abs() < 2e-3, "{outline:?} {along}: {area}");
+                at_worst(3.8e-5, (area / contour.area_mm2() - 1.0).abs(), format_args!("{outline:?} {along}: {area}"));
             }
         }
     }

@@ -169,6 +169,7 @@ fn curve(stroke: &str) -> Vec<DVec2> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::within_tenth_of;
 
     #[test]
     fn letters_stay_within_their_width_and_darken_the_paper() {
@@ -189,6 +190,6 @@ mod tests {
         line(&mut image, DVec2::new(20.3, 30.1), DVec2::new(70.9, 61.7), 2.0, 0);
         let ink: f64 = image.pixels().map(|p| 1.0 - f64::from(p.0[0]) / 255.0).sum();
         let area = 4.0 * DVec2::new(50.6, 31.6).length() + 4.0 * std::f64::consts::PI;
-        assert!((ink - area).abs() < 0.02 * area, "{ink} for {area}");
+        within_tenth_of(6.5e-4, (ink - area).abs() / area, format_args!("{ink} for {area}"));
     }
 }

@@ -48,7 +48,7 @@ fn a_skirt_widens_the_block_and_leaves_the_face_where_it_is() {
     assert_eq!(solid.stock_extent(), Extent::new(110.0, wide.extent().height_mm));
     assert_eq!(solid.surface(), &wide);
     let plain = Solid::new(&wide, Stock::of_thickness(16.0)).unwrap();
-    assert!((proved.volume_mm3 - plain.volume_mm3()).abs() < 1e-6 * proved.volume_mm3);
+    assert!((proved.volume_mm3 - plain.volume_mm3()).abs() < 1e-12 * proved.volume_mm3);
     for bad in [-1.0, f64::NAN, 61.0] {
         let shape = Shape { skirt_mm: bad, ..Shape::default() };
         let refused = Solid::shaped(&surface, Stock::of_thickness(16.0), shape);
@@ -74,7 +74,7 @@ fn rims_marks_and_origins_of_all_kinds_are_sound() {
                 let cut = 0.5 * mark_mm.unwrap_or(0.0).powi(2);
                 let rim = (ring - cut) * (solid.rim_z_mm().unwrap() - solid.entry_z_mm());
                 // f32 coordinates of a centimetre.
-                assert!((proved.volume_mm3 - plain - rim).abs() < 3e-6 * proved.volume_mm3, "{shape:?}");
+                assert!((proved.volume_mm3 - plain - rim).abs() < 1e-7 * proved.volume_mm3, "{shape:?}");
                 let (least, greatest) = solid.bounds();
                 match origin {
                     Origin::Corner => assert_eq!(least, [0.0; 3]),
@@ -151,7 +151,8 @@ fn the_volume_converges_to_the_integral_of_the_surface() {
         (solid.volume_mm3() - extent.area_mm2() * (-shift - solid.entry_z_mm())).abs()
     };
     let (coarse, fine) = (error(33), error(65));
-    assert!(coarse < 3.0 && fine < 0.3 * coarse, "{coarse} mm³ then {fine} mm³: not of second order");
+    // Whole periods again: what single precision leaves of 72 000 mm³.
+    assert!(coarse < 1e-5 && fine < 0.3 * coarse, "{coarse} mm³ then {fine} mm³: not of second order");
 }
 
 #[test]

@@ -267,6 +267,7 @@ fn within<'a>(contour: &'a Contour, heights: &'a Field<f64>) -> impl Iterator<It
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
 
     #[test]
     fn a_skirt_goes_on_and_leaves_the_face_as_it_is() {
@@ -316,12 +317,16 @@ mod tests {
                 let at = DVec2::from_angle(0.7 * f64::from(k)) * (0.0115 * f64::from(k));
                 if face.contour().contains(at) {
                     for other in [&spline, &sheet] {
-                        assert!((narrow.sample(at).slope - other.sample(at).slope).length() < 2e-4, "{outline:?} {at}");
+                        at_worst(
+                            5.9e-7,
+                            (narrow.sample(at).slope - other.sample(at).slope).length(),
+                            format_args!("{outline:?} {at}"),
+                        );
                     }
                 } else if wide.contour().contains(at) {
                     let wanted = bowl(at) + lift;
                     // A bowl bends the same in every direction; of its slope smoothing along the outline takes a hundredth.
-                    assert!((spline.sample(at).height_mm - wanted).abs() < 4e-3, "{outline:?} {at}");
+                    at_worst(0.0023, (spline.sample(at).height_mm - wanted).abs(), format_args!("{outline:?} {at}"));
                 }
             }
             let (low, high) = face.range_mm();
@@ -345,11 +350,12 @@ mod tests {
         let (lowest, _) = level.heights_mm().min_max();
         assert!(lowest > low - 0.5 * (high - low), "{lowest} under {low}");
         let [a, b] = [&face, &level].map(SurfaceSpline::through);
-        for (radius, height, slope) in [(30.0, 1e-5, 5e-5), (27.0, 1e-8, 5e-8)] {
+        for (radius, height, slope) in [(30.0, 3.6e-8, 3.8e-7), (27.0, 1.9e-12, 8.7e-12)] {
             for k in 0..2000 {
                 let at = DVec2::from_angle(f64::from(k)) * radius * (f64::from(k) / 1999.0).sqrt();
                 let (a, b) = (a.sample(at), b.sample(at));
-                assert!((a.height_mm - b.height_mm).abs() < height && (a.slope - b.slope).length() < slope, "{at}");
+                at_worst(height, (a.height_mm - b.height_mm).abs(), format_args!("height at {at}"));
+                at_worst(slope, (a.slope - b.slope).length(), format_args!("slope at {at}"));
             }
         }
         let rectangle = HeightField::new(extent, face.heights_mm().clone());
@@ -369,7 +375,7 @@ mod tests {
         for k in 0..400 {
             let at = DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) * 0.8 - 7.6);
             let (a, b) = (narrow.sample(at), wide.sample(at));
-            assert!((a.slope - b.slope).length() < 2e-4, "{at}: {} and {}", a.slope, b.slope);
+            at_worst(1.16e-4, (a.slope - b.slope).length(), format_args!("{at}: {} and {}", a.slope, b.slope));
         }
     }
 }

@@ -1,12 +1,15 @@
 //! Gates: solids whose light is known in closed form. The tracer may judge nothing before it passes these.
 
 mod common;
+#[path = "../../tests/common/measured.rs"]
+mod measured;
 
 use common::{block, every_tracer, relief, scene};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
     Block, End, Fresnel, Geometry, Light, Mesh, PhotonPlan, Scene, Surface, Tracer, Traversal, beams, photons,
 };
+use measured::{at_worst, within_tenth_of};
 use rayon::prelude::*;
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
@@ -127,13 +130,13 @@ fn a_plano_convex_lens_converges_with_the_order_of_its_surface_model() {
             .fold(0.0, f64::max)
     };
     // Slopes converge one order below heights: 3 for the spline, 2 for interpolated normals, 1 for facets.
-    for (surface, order, at_40) in
-        [(Surface::Spline, 3.0, 1e-5), (Surface::Smooth, 2.0, 2e-2), (Surface::Facets, 1.0, 1.0)]
+    for (surface, order, measured) in
+        [(Surface::Spline, 3.0, 6.2e-7), (Surface::Smooth, 2.0, 7.8e-5), (Surface::Facets, 1.0, 0.114)]
     {
         let (coarse, fine) = (worst(20, surface), worst(40, surface));
         let found = (coarse / fine).log2();
         assert!((found - order).abs() < 0.6, "{surface:?}: order {found} from {coarse:e} to {fine:e}");
-        assert!(fine < at_40, "{surface:?}: {fine:e} mm");
+        within_tenth_of(measured, fine, format_args!("{surface:?}, mm"));
     }
 }
 
@@ -160,7 +163,7 @@ fn a_full_solid_with_true_normals_refracts_like_a_sphere() {
         let expected = start / r * refracted(r, z, -r / (z + radius), 100.0);
         let error = (landing(&tracer, start) - expected).length();
         // Chord of the triangles: spacing^2 / 8R times the slope of the outgoing ray.
-        assert!(error < 1e-3, "{start}: {error:e} mm");
+        at_worst(3.9e-5, error, start);
     }
 }
 
@@ -225,7 +228,7 @@ fn fresnel_takes_four_percent_at_each_face() {
     // With everything that goes to and fro inside: (1 - r) / (1 + r) for r = 0.04, up to the cut-off of weak branches.
     let whole = Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene.clone() }).unwrap();
     let flux = photons(&whole, &PhotonPlan::new(10_000, 3)).unwrap().flux();
-    assert!((flux.window - 0.96 / 1.04).abs() < 1e-5, "{flux:?}");
+    within_tenth_of(2.4e-6, (flux.window - 0.96 / 1.04).abs(), format_args!("{flux:?}"));
 }
 
 #[test]

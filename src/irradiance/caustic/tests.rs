@@ -1,5 +1,6 @@
 use super::*;
 use crate::bench::ExitFace;
+use crate::measured::at_worst;
 use std::{fmt::Write as _, path::Path};
 
 const SIZE: (usize, usize) = (7, 6);
@@ -52,7 +53,8 @@ fn rows_and_columns_are_found_whatever_the_order_of_the_faces() {
     assert_eq!(mesh.size(), SIZE);
     for j in 0..SIZE.1 {
         for i in 0..SIZE.0 {
-            assert!((mesh.vertices()[(i, j)] - bent(i, j)).length() < 1e-5);
+            // The file has so many digits.
+            at_worst(8.5e-7, (mesh.vertices()[(i, j)] - bent(i, j)).length(), format_args!("({i}, {j})"));
         }
     }
     assert_eq!(mesh.sides(), (30, 0));
@@ -67,9 +69,9 @@ fn the_spline_through_the_vertices_is_smooth_and_exact() {
     let (at, by_place) = mesh.at(DVec2::new(0.37, 0.81));
     let (i, j) = (0.37 * 6.0, 0.81 * 5.0);
     let expected = DVec2::new(7.0 * i - 20.0 + 0.4 * j, 6.0 * j - 16.0 + 0.3 * i * i);
-    assert!((at - expected).length() < 1e-5, "{at} {expected}");
-    assert!((by_place.x_axis - DVec2::new(42.0, 0.6 * i * 6.0)).length() < 1e-4);
-    assert!((by_place.y_axis - DVec2::new(2.0, 30.0)).length() < 1e-4);
+    at_worst(2.9e-7, (at - expected).length(), format_args!("{at} {expected}"));
+    at_worst(1.63e-6, (by_place.x_axis - DVec2::new(42.0, 0.6 * i * 6.0)).length(), "along rows");
+    at_worst(5.8e-7, (by_place.y_axis - DVec2::new(2.0, 30.0)).length(), "along columns");
 }
 
 #[test]
@@ -148,6 +150,6 @@ fn layers_share_the_light_of_the_picture_and_add_up_to_it() {
     // Each third has the light of the half.
     let third = |k: usize| (30 * k..30 * (k + 1)).map(|i| (0..25).map(|j| flux[(i, j)]).sum::<f64>()).sum::<f64>();
     for k in 0..3 {
-        assert!((third(k) / (30.0 * 25.0) - 1.0).abs() < 0.01, "{}", third(k));
+        at_worst(5.8e-7, (third(k) / (30.0 * 25.0) - 1.0).abs(), format_args!("third {k}"));
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::measured::at_worst;
 use crate::{
     bench::ExitFace,
     grid::Extent,
@@ -81,7 +82,7 @@ fn the_ray_has_the_stated_path_and_obeys_snell() {
         assert!(((to - from).normalize() - path.direction(ray.s, ray.c)).length() < 1e-13);
         assert!((path.oval_height(from.truncate(), y, jet.value) - from.z).abs() < 1e-11);
         let (moved, _, _) = leaves(jet.value + 1e-5, jet.slope, y);
-        assert!(((moved.z - from.z) / 1e-5 - dh).abs() < 1e-5);
+        assert!(((moved.z - from.z) / 1e-5 - dh).abs() < 1e-7);
         // Along the face, which neighbouring rays leave, the path is stationary (Fermat): Snell's law and that of reflection.
         let incident = {
             let slope = |d: DVec3| (phase(&bench, from + 1e-3 * d) - phase(&bench, from - 1e-3 * d)) / 2e-3;
@@ -164,14 +165,14 @@ fn the_variations_agree_with_finite_differences() {
             let (a, b) = (moved(k, step), moved(k, -step));
             let difference = (a.0 - b.0) / (2.0 * step);
             assert!(
-                (variation[k] - difference).abs() < 1e-7 * (1.0 + difference.abs()),
+                (variation[k] - difference).abs() < 1e-8 * (1.0 + difference.abs()),
                 "component {k}: {} against {difference}",
                 variation[k]
             );
             if k < 3 {
                 for axis in 0..2 {
                     let difference = (a.1 - b.1)[axis] / (2.0 * step);
-                    assert!((path.lens_point_variation(&ray, DVec2::AXES[axis])[k] - difference).abs() < 1e-6);
+                    assert!((path.lens_point_variation(&ray, DVec2::AXES[axis])[k] - difference).abs() < 1e-7);
                 }
             }
         }
@@ -200,6 +201,6 @@ fn a_far_source_has_the_path_of_parallel_light() {
             assert!(difference < 0.2 * before, "{point:?}: {difference} after {before}");
             before = difference;
         }
-        assert!(before < 0.02, "{parallel:?}: {before}");
+        at_worst(0.0145, before, format_args!("{parallel:?}: {before}"));
     }
 }
