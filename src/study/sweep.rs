@@ -199,6 +199,7 @@ impl Law {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
     use glasswarp_verify::Window;
 
     #[test]
