@@ -1,11 +1,12 @@
 //! Meshes that are sound files and odd solids: finding out what each is, and looking through it if it is a block, takes time in proportion
 //! to its size.
 
+use cpu_time::ProcessTime;
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{BlockError, Mesh, Placed, Scene, Tracer, Window, beams};
+use glasswarp_verify::{BlockError, Mesh, Placed, Scene, Surface, Tracer, Window, beams};
 use std::{
     f64::consts::TAU,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// A solid between two rows of points that go round, closed by fans.
@@ -65,7 +66,7 @@ fn time(mesh: &Mesh) -> (String, Duration) {
     let mut least = (String::new(), Duration::MAX);
     for _ in 0..3 {
         let mesh = mesh.clone();
-        let start = Instant::now();
+        let start = ProcessTime::now();
         let (what, tracer) = match Placed::find(mesh, None) {
             Ok(placed) => ("a block".into(), Tracer::for_block(&placed.block, &scene).ok()),
             Err(other) => match &other.1 {
@@ -81,6 +82,27 @@ fn time(mesh: &Mesh) -> (String, Duration) {
         }
     }
     least
+}
+
+/// A search structure over boxes that grow along their order, and light through all of it.
+#[test]
+fn fans_are_traced_as_solids_in_a_time_in_proportion_to_their_size() {
+    let window = Window { size_mm: DVec2::splat(20.0), centre_mm: DVec2::ZERO, nx: 16, ny: 16 };
+    let scene = Scene { surface: Surface::Facets, ..Scene::new(1.5, 250.0, window) };
+    let time = |n: usize| {
+        let mesh = drum(&round(n), |p| p - DVec3::Z);
+        let once = || {
+            let start = ProcessTime::now();
+            let seen = beams(&Tracer::for_solid(&mesh, &scene).unwrap(), 16, 16);
+            assert_eq!(seen.flux.lost, 0.0);
+            start.elapsed()
+        };
+        (0..3).map(|_| once()).min().unwrap_or_default()
+    };
+    let (small, large) = (time(4_000), time(32_000));
+    eprintln!("two fans as a solid: {small:?}, eight times as large {large:?}");
+    // As below; a structure that joins one pair at a time took 35 times as long.
+    assert!(large < 12 * small + Duration::from_millis(100), "{small:?} and {large:?}");
 }
 
 #[test]
