@@ -183,3 +183,32 @@ fn more_pixels_than_a_window_holds_are_refused() {
     let narrow = shop.run("verify alone/b.stl --ior 1.5 --distance 250mm --window 1mmx1000mm --pixels 8192");
     assert!(narrow.code == FINE && narrow.out.contains("(366 x 32768 pixels)"), "{}{}", narrow.out, narrow.err);
 }
+
+/// Work beyond the memory that is free is refused by name before it is begun, with what would fit, which then runs.
+#[test]
+fn previews_looks_and_sweeps_beyond_the_memory_are_refused() {
+    let shop = Workshop::new();
+    assert_eq!(shop.run("design picture.png --nodes 17 --no-verify --no-report -o b.stl").code, FINE);
+    std::fs::create_dir(shop.path("alone")).unwrap();
+    std::fs::copy(shop.path("b.stl"), shop.path("alone/b.stl")).unwrap();
+    for (line, flag) in [
+        ("preview picture.png -o e.html --nodes", "8192"),
+        ("verify alone/b.stl --ior 1.5 --distance 250mm --photons 2000 --pixels", "8192"),
+        ("verify b.stl --steps 2 --sweep nodes=4096..", "8192"),
+    ] {
+        let arguments = |number: &str| -> Vec<String> {
+            let words = format!("{line} {number}").replace(".. ", "..");
+            words.split(' ').map(str::to_owned).collect()
+        };
+        let (code, said) = run(&shop, &arguments(flag));
+        assert_eq!(code, Some(workshop::REFUSED), "{line}: {said}");
+        for word in ["takes about", "of memory, and 400 MB are free", "take at most --", "--ignore-memory"] {
+            assert!(said.contains(word), "{line}: {said}");
+        }
+        let advised = said.split("take at most --").nth(1).unwrap().split([' ', ',']).nth(1).unwrap();
+        if !line.contains("sweep") {
+            let (code, said) = run(&shop, &arguments(advised));
+            assert_eq!(code, Some(FINE), "{line} {advised}: {said}");
+        }
+    }
+}

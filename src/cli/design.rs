@@ -8,7 +8,8 @@ use super::{
     files::{self, Files},
     finish::Finished,
     imperfect::Seen,
-    json, memory,
+    json,
+    memory::{self, MemoryArgs},
     opinion::{Opinion, draw_weakness},
     outputs,
     page::{self, DesignPage, Portrait},
@@ -58,9 +59,8 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit)]
     max_error: Option<f64>,
 
-    /// Take more memory than this machine has free, if it must be
-    #[arg(long)]
-    ignore_memory: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
 
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
@@ -80,8 +80,8 @@ impl DesignArgs {
         !self.no_verify
     }
 
-    pub(crate) fn ignores_memory(&self) -> bool {
-        self.ignore_memory
+    pub(crate) fn memory(&self) -> MemoryArgs {
+        self.memory
     }
 }
 

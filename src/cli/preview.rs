@@ -7,6 +7,7 @@ use super::{
     error::Failure,
     json,
     judge::{self, Examiner},
+    memory::{self, MemoryArgs},
     outputs,
     page::{self, bench_facts, command, error_highlight, face_rows, highlight, in_words, mm, program, row},
     plan::Plan,
@@ -33,6 +34,9 @@ pub(crate) struct PreviewArgs {
     output: Vec<PathBuf>,
 
     #[command(flatten)]
+    memory: MemoryArgs,
+
+    #[command(flatten)]
     settings: Settings,
 }
 
@@ -57,6 +61,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
     outputs::plan(inputs.into_iter().chain(settings.files()), outputs.iter().cloned())?;
     let plan = Plan::new(picture, settings).map_err(|failure| toml_file::placed(failure, &args.picture))?;
+    memory::check_preview(&plan, args.memory)?;
     let progress = TerminalProgress::new();
     let block = plan.design(&progress);
     progress.finish();

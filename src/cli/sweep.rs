@@ -7,6 +7,7 @@ use super::{
     json,
     judge::{Examiner, Subject},
     length::Length,
+    memory::{self, MemoryArgs},
     otherwise::seen_otherwise,
     plan::Plan,
     side_file::SideFile,
@@ -140,7 +141,7 @@ pub(crate) fn run(
     steps: usize,
     (side, named): (&SideFile, Option<&Path>),
     as_built: Option<&Path>,
-    pixels: usize,
+    (pixels, memory): (usize, MemoryArgs),
     outputs: &[PathBuf],
 ) -> Result<(), Failure> {
     let outputs = outputs.iter().map(|path| Ok((Output::of(path)?, path))).collect::<Result<Vec<_>, Failure>>()?;
@@ -153,7 +154,11 @@ pub(crate) fn run(
     }
     let built = match (as_built, range.quantity) {
         (None, _) => None,
-        (Some(path), Quantity::Distance | Quantity::Index) => Some(Workpiece::open(path, named, (None, None), pixels)?),
+        (Some(path), Quantity::Distance | Quantity::Index) => {
+            let piece = Workpiece::open(path, named, (None, None), pixels)?;
+            memory::check_pixels(&piece.examiner, memory)?;
+            Some(piece)
+        }
         (Some(_), _) => {
             return Err(Failure::Usage("--as-built looks from another distance or through another index only".into()));
         }
@@ -185,6 +190,7 @@ pub(crate) fn run(
                     Quantity::Nodes => settings.nodes = Some(value as usize),
                 }
                 Plan::new(picture.clone(), settings).and_then(|plan| {
+                    memory::check_look(&plan, pixels, memory)?;
                     let block = plan.design(&Silent)?;
                     let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), Path::new("the block"))?;
                     let wanted = plan.wanted()?;

@@ -12,6 +12,7 @@ use super::{
     json,
     judge::{self, Examiner, Judgement, Subject},
     length::Length,
+    memory::{self, MemoryArgs},
     otherwise::seen_otherwise,
     outputs, page,
     placed::{Opened, Placing},
@@ -151,6 +152,9 @@ pub(crate) struct LookArgs {
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR", value_parser = error_limit)]
     max_error: Option<f64>,
+
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -217,7 +221,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     if let (Some(range), Some(side)) = (&args.sweep, &side) {
         let place = args.as_built.then_some(block);
         let side = (side, args.bench.as_deref());
-        return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
+        return sweep::run(range, args.steps as usize, side, place, (args.pixels as usize, args.memory), &args.output);
     }
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let (wanted, offset) = wanted(args, side.as_ref())?;
@@ -238,6 +242,7 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let examiner =
         Examiner::new(scene.clone(), target, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
+    memory::check_pixels(&examiner, args.memory)?;
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,
