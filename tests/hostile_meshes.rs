@@ -4,10 +4,7 @@
 use cpu_time::ProcessTime;
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{BlockError, Mesh, Placed, Scene, Surface, Tracer, Window, beams};
-use std::{
-    f64::consts::TAU,
-    time::Duration,
-};
+use std::{f64::consts::TAU, time::Duration};
 
 /// A solid between two rows of points that go round, closed by fans.
 fn drum(points: &[DVec3], below: impl Fn(DVec3) -> DVec3) -> Mesh {

@@ -156,6 +156,20 @@ mod tests {
     }
 
     #[test]
+    fn the_hash_of_what_was_entered_is_known_until_the_file_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("part"), "one").unwrap();
+        enter(&at("a.stl"), &at("part")).unwrap();
+        fs::rename(at("part"), at("a.stl")).unwrap();
+        assert_eq!(sha256(&at("a.stl")).unwrap(), digest(&at("a.stl")).unwrap());
+        fs::write(at("a.stl"), "another").unwrap();
+        assert_eq!(sha256(&at("a.stl")).unwrap(), digest(&at("a.stl")).unwrap());
+        fs::remove_file(at("a.stl")).unwrap();
+        assert!(sha256(&at("a.stl")).is_err());
+    }
+
+    #[test]
     fn a_damaged_record_knows_what_is_whole_in_it_and_is_written_on() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);

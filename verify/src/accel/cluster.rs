@@ -58,8 +58,7 @@ fn along_curve(boxes: &[Aabb]) -> Vec<Bvh2Node> {
     let whole = boxes.iter().fold(Aabb::empty(), |whole, one| whole.union(one));
     let (least, scale) = (whole.min.as_dvec3(), DVec3::ONE / whole.diagonal().as_dvec3());
     let code = |one: &Aabb| morton_encode_u64_unorm((one.center().as_dvec3() - least) * scale);
-    let mut order: Vec<(u64, u32)> =
-        boxes.par_iter().enumerate().map(|(k, one)| (code(one), k as u32)).collect();
+    let mut order: Vec<(u64, u32)> = boxes.par_iter().enumerate().map(|(k, one)| (code(one), k as u32)).collect();
     order.par_sort_unstable();
     order.into_par_iter().map(|(_, k)| Bvh2Node::new(boxes[k as usize], 1, k)).collect()
 }
@@ -86,8 +85,7 @@ mod tests {
             let corner = Vec3A::new((k % 71) as f32, (k / 71) as f32, (k % 3) as f32);
             Aabb::new(corner, corner + 1.0)
         };
-        let makes: [(&str, &dyn Fn(usize) -> Aabb); 3] =
-            [("growing", &growing), ("equal", &equal), ("apart", &apart)];
+        let makes: [(&str, &dyn Fn(usize) -> Aabb); 3] = [("growing", &growing), ("equal", &equal), ("apart", &apart)];
         for (name, make) in makes {
             for count in [1, 2, 3, 5000] {
                 let boxes: Vec<Aabb> = (0..count).map(make).collect();
