@@ -1,4 +1,4 @@
-//! How much memory a design will take, told before it is begun.
+//! How much memory a design, or a look at a file, will take, told before it is begun.
 //!
 //! A model of the greatest resident size of `glasswarp design`, fitted to measured runs (docs/reliability.md has them). With `N` height
 //! nodes, `P` pixels of the picture, `R` cells of the receiver grid on which the transport solver works (about four for every pixel that
@@ -11,6 +11,7 @@
 //! ```
 //!
 //! and the greatest of them, in bytes; 32 P more to all where the files are verified, since the verifier reads the picture too. The warping solvers take `550 N` in place of `175 R + 50 N`.
+//! A look at a file at `J` pixels takes `50 MB + 80 J` besides the file.
 
 use std::fmt;
 
@@ -86,6 +87,9 @@ const SECOND_READING: u64 = 32;
 /// Bytes for every cell of the receiver. The solver's are not all given back before the files are looked at.
 const CELL: u64 = 175;
 
+/// Bytes for every pixel of a window: light by beams and by photons, with sums of squares, and their comparison.
+const LOOK: u64 = 80;
+
 /// How many there are, of whatever is counted along both sides.
 fn count((nx, ny): (usize, usize)) -> u64 {
     (nx as u64).saturating_mul(ny as u64)
@@ -97,6 +101,12 @@ impl Load {
         let across = pixels.0.min(JUDGED_ACROSS);
         let judged = across as f64 * (across as f64 * pixels.1 as f64 / pixels.0.max(1) as f64);
         Self { nodes: count(nodes), pixels: count(pixels), judged: judged as u64, method, verified: None }
+    }
+
+    /// Judged at so many pixels along x and y.
+    #[must_use]
+    pub fn judged_at(self, pixels: (usize, usize)) -> Self {
+        Self { judged: count(pixels), ..self }
     }
 
     /// With files that are read back and traced.
@@ -121,6 +131,11 @@ impl Load {
         });
         Bytes(common + solve.max(written).max(verify))
     }
+}
+
+/// The most memory that looking at a file at so many pixels along x and y is expected to take, besides the file itself.
+pub fn of_looking(pixels: (usize, usize)) -> Bytes {
+    Bytes(BASE + PICTURES + LOOK.saturating_mul(count(pixels)))
 }
 
 impl Method {

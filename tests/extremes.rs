@@ -74,10 +74,15 @@ fn written(value: &str, number: &str) -> Vec<String> {
 
 /// Runs a command; its exit code and what it says.
 fn run(shop: &Workshop, arguments: &[String]) -> (Option<i32>, String) {
+    // No run may take what the machine has.
+    run_within(400, shop, arguments)
+}
+
+/// The same with so much memory free.
+fn run_within(megabytes: u32, shop: &Workshop, arguments: &[String]) -> (Option<i32>, String) {
     let mut child = Command::new(assert_cmd::cargo::cargo_bin!("glasswarp"))
         .current_dir(shop.root())
-        // No run may take what the machine has.
-        .env("GLASSWARP_MEMORY", "400")
+        .env("GLASSWARP_MEMORY", megabytes.to_string())
         .args(arguments)
         .stdin(Stdio::null())
         .stdout(Stdio::null())
@@ -182,4 +187,35 @@ fn more_pixels_than_a_window_holds_are_refused() {
     // A narrow window without a picture gets fewer across, and says so.
     let narrow = shop.run("verify alone/b.stl --ior 1.5 --distance 250mm --window 1mmx1000mm --pixels 8192");
     assert!(narrow.code == FINE && narrow.out.contains("(366 x 32768 pixels)"), "{}{}", narrow.out, narrow.err);
+}
+
+/// Work beyond the memory that is free is refused by name before it is begun, with what would fit, which is let through.
+#[test]
+fn previews_looks_and_sweeps_beyond_the_memory_are_refused() {
+    let shop = Workshop::new();
+    assert_eq!(shop.run("design picture.png --nodes 17 --no-verify --no-report -o b.stl").code, FINE);
+    std::fs::create_dir(shop.path("alone")).unwrap();
+    std::fs::copy(shop.path("b.stl"), shop.path("alone/b.stl")).unwrap();
+    let run = |line: &str, number: &str| {
+        let arguments: Vec<String> = format!("{line}{number}").split(' ').map(str::to_owned).collect();
+        run_within(120, &shop, &arguments)
+    };
+    for (line, flag) in [
+        ("preview picture.png -o e.html --nodes ", "--nodes "),
+        ("verify alone/b.stl --ior 1.5 --distance 250mm --photons 2000 --pixels ", "--pixels "),
+        ("verify b.stl --steps 2 --sweep nodes=4096..", "--nodes "),
+    ] {
+        let (code, said) = run(line, "8192");
+        assert_eq!(code, Some(workshop::REFUSED), "{line}: {said}");
+        for words in ["takes about", "of memory, and 120 MB are free", "take at most", flag, "--ignore-memory"] {
+            assert!(said.contains(words), "{line}: {said}");
+        }
+        if line.ends_with(flag) {
+            let advised = said.split("take at most ").nth(1).and_then(|rest| rest.split([' ', ',']).nth(1)).unwrap();
+            let (code, said) = run(line, advised);
+            assert!(code != Some(workshop::REFUSED) && !said.contains("takes about"), "{line}{advised}: {said}");
+            let more = (advised.parse::<u32>().unwrap() + 8).to_string();
+            assert_eq!(run(line, &more).0, Some(workshop::REFUSED), "{line}: more would have fitted than {advised}");
+        }
+    }
 }

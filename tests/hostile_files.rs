@@ -25,6 +25,7 @@ use glasswarp_verify::{
     Block, BlockError, Mesh, PhotonPlan, PhotonTally, Placed, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},
     photons,
+    reference::{Options, Reference},
 };
 use std::{
     fs,
@@ -468,4 +469,29 @@ fn pictures_that_claim_more_than_is_allowed_are_refused_before_they_are_decoded(
     }
     let pnm = read_within(b"P5 4000000000 4000000000 255\n1");
     assert!(matches!(pnm, Err(PictureError::Memory { .. } | PictureError::Broken { .. })), "{pnm:?}");
+}
+
+/// Found by damaged files: a JPEG of some hundred bytes that takes seconds, and pictures in a drawing whose size is lost in single precision
+/// beside their place, at which resvg panics.
+#[test]
+fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refused_by_both_readers() {
+    let refused = |bytes: &[u8], words: [&str; 2]| {
+        let designer = read_within(bytes).map(drop).expect_err("taken by the designer's reader").to_string();
+        assert!(designer.contains(words[0]), "{designer}");
+        let verifier =
+            Reference::parse(bytes, &Options::default()).map(drop).expect_err("taken by the verifier's").to_string();
+        assert!(verifier.contains(words[1]), "{verifier}");
+    };
+    let mut jpeg = corpus_of(&["jpg"]).swap_remove(0);
+    // Height and width in the frame header.
+    let frame = jpeg.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();
+    jpeg[frame + 5..frame + 9].copy_from_slice(&[0x0c, 0, 0x0c, 0]);
+    refused(&jpeg, ["hold at most", "claims 3072 x 3072"]);
+    let drawing = kinds_of(&["svg"]).into_iter().filter_map(|bytes| String::from_utf8(bytes).ok());
+    let drawing = drawing.into_iter().find(|text| text.contains("<image ")).unwrap();
+    let image = &drawing[drawing.find("<image ").unwrap()..];
+    let height = image.split("height=\"").nth(1).unwrap().split('"').next().unwrap();
+    let tall = image.replacen(&format!("height=\"{height}\""), "height=\"4294967295\"", 1);
+    refused(drawing.replace(image, &tall).as_bytes(), ["4294967295", "too small for where it stands"]);
+    refused(drawing.replace(" x=\"", " x=\"-1e30").as_bytes(), ["whose x is", "too small for where it stands"]);
 }

@@ -83,11 +83,7 @@ struct Identity {
 impl Identity {
     fn of(path: &Path) -> Self {
         let number = fs::metadata(path).ok().and_then(|found| number(&found));
-        let path = path.canonicalize().ok().or_else(|| {
-            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            Some(folder.canonicalize().ok()?.join(path.file_name()?))
-        });
-        Self { path: path.unwrap_or_default(), number }
+        Self { path: location(path), number }
     }
 
     fn is(&self, other: &Self) -> bool {
@@ -99,6 +95,15 @@ impl Identity {
         let folded = |identity: &Self| identity.path.to_string_lossy().to_lowercase();
         self.path != other.path && folded(self) == folded(other)
     }
+}
+
+/// Where a file lies or will lie, with every link followed; nothing if there is no such place.
+pub(crate) fn location(path: &Path) -> PathBuf {
+    let location = path.canonicalize().ok().or_else(|| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    });
+    location.unwrap_or_default()
 }
 
 #[cfg(unix)]
@@ -130,7 +135,7 @@ struct Guard {
 }
 
 /// Length and time of the last change: a file that keeps them has not been touched since it was examined.
-type Stamp = (u64, Option<SystemTime>);
+pub(crate) type Stamp = (u64, Option<SystemTime>);
 
 static GUARD: Mutex<Option<Guard>> = Mutex::new(None);
 
@@ -138,7 +143,7 @@ fn guard() -> MutexGuard<'static, Option<Guard>> {
     GUARD.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-fn stamp(path: &Path) -> Option<Stamp> {
+pub(crate) fn stamp(path: &Path) -> Option<Stamp> {
     fs::metadata(path).ok().map(|found| (found.len(), found.modified().ok()))
 }
 

@@ -1,8 +1,9 @@
 //! The record of a folder: which contents this program has written under which names.
 
+use crate::plan::{self, Stamp};
 use sha2::{Digest, Sha256};
 use std::{
-    collections::HashMap,
+    collections::{BTreeMap, HashMap},
     fs::{self, File},
     io::{self, Read, Seek, Write},
     path::{Path, PathBuf},
@@ -20,11 +21,23 @@ const KEPT: usize = 2;
 /// One writer of records at a time in this process; a lock of the file keeps other processes off.
 static WRITER: Mutex<()> = Mutex::new(());
 
-/// The SHA-256 of a file's content, in hexadecimal.
+/// What this process has entered in records: by file, how it was then and its SHA-256.
+static ENTERED: Mutex<BTreeMap<PathBuf, (Stamp, String)>> = Mutex::new(BTreeMap::new());
+
+/// The SHA-256 of a file's content, in hexadecimal. It is known, and the file not read again, if this process has entered the file in a
+/// record and it has kept its length and the time of its last change.
 ///
 /// # Errors
 /// A file that cannot be read.
 pub fn sha256(path: &Path) -> io::Result<String> {
+    let entered = ENTERED.lock().unwrap_or_else(PoisonError::into_inner).get(&plan::location(path)).cloned();
+    match entered {
+        Some((then, hash)) if plan::stamp(path) == Some(then) => Ok(hash),
+        _ => digest(path),
+    }
+}
+
+fn digest(path: &Path) -> io::Result<String> {
     let mut file = File::open(path)?;
     let mut hasher = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
@@ -74,14 +87,17 @@ pub(crate) fn look_up(file: &Path) -> io::Result<Known> {
     if hashes.is_empty() {
         return Ok(Known::Foreign);
     }
-    let found = sha256(file)?;
+    let found = digest(file)?;
     Ok(if hashes.contains(&found.as_str()) { Known::Own } else { Known::Changed })
 }
 
 /// Records that `file` has, or is about to have, the content that is in `content`.
 pub(crate) fn enter(file: &Path, content: &Path) -> io::Result<()> {
     let Some(name) = name_of(file) else { return Err(io::ErrorKind::InvalidFilename.into()) };
-    let hash = sha256(content)?;
+    let (stamp, hash) = (plan::stamp(content), digest(content)?);
+    if let Some(stamp) = stamp {
+        ENTERED.lock().unwrap_or_else(PoisonError::into_inner).insert(plan::location(file), (stamp, hash.clone()));
+    }
     let _alone = WRITER.lock().unwrap_or_else(PoisonError::into_inner);
     let mut record = File::options().read(true).append(true).create(true).open(path_for(file))?;
     // File systems without locks have one writer as a rule.
@@ -137,6 +153,20 @@ mod tests {
         assert_eq!(look_up(&at("b.stl")).unwrap(), Known::Foreign, "a copy under another name is somebody's");
         fs::write(at("a.stl"), "two").unwrap();
         assert_eq!(look_up(&at("a.stl")).unwrap(), Known::Changed);
+    }
+
+    #[test]
+    fn the_hash_of_what_was_entered_is_known_until_the_file_changes() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("part"), "one").unwrap();
+        enter(&at("a.stl"), &at("part")).unwrap();
+        fs::rename(at("part"), at("a.stl")).unwrap();
+        assert_eq!(sha256(&at("a.stl")).unwrap(), digest(&at("a.stl")).unwrap());
+        fs::write(at("a.stl"), "another").unwrap();
+        assert_eq!(sha256(&at("a.stl")).unwrap(), digest(&at("a.stl")).unwrap());
+        fs::remove_file(at("a.stl")).unwrap();
+        assert!(sha256(&at("a.stl")).is_err());
     }
 
     #[test]

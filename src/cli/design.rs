@@ -4,7 +4,7 @@ use super::{
     console::{self, say},
     files::{self, Files},
     machine::Machine,
-    memory,
+    memory::{self, MemoryArgs},
     outcome::{error_limit, unless_within},
     outputs, print,
     progress::TerminalProgress,
@@ -77,9 +77,8 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit)]
     max_error: Option<f64>,
 
-    /// Take more memory than this machine has free, if it must be
-    #[arg(long)]
-    ignore_memory: bool,
+    #[command(flatten)]
+    memory: MemoryArgs,
 
     /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
     #[arg(long)]
@@ -97,7 +96,7 @@ pub(crate) struct DesignArgs {
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
     let Task { plan, outputs, report } = task(args, &progress)?;
-    let expected = memory::check(&plan, &outputs, !args.no_verify, args.ignore_memory)?;
+    let expected = memory::check(&plan, &outputs, !args.no_verify, args.memory)?;
     // Before hours are spent on a picture that is read in two ways.
     let target = if args.no_verify { None } else { Some(plan.target_light(&Machine)?) };
     let start = Instant::now();

@@ -4,6 +4,7 @@ use super::{
     console::{self, say},
     design::placed,
     machine::{Machine, has_extension},
+    memory::{self, MemoryArgs},
     outputs,
     progress::TerminalProgress,
     report_files,
@@ -31,6 +32,9 @@ pub(crate) struct PreviewArgs {
     output: Vec<PathBuf>,
 
     #[command(flatten)]
+    memory: MemoryArgs,
+
+    #[command(flatten)]
     settings: Settings,
 }
 
@@ -56,6 +60,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     outputs::plan(inputs.into_iter().chain(settings.files()), outputs.iter().cloned())?;
     let progress = TerminalProgress::new();
     let plan = Plan::new(picture, settings, &Machine, &progress).map_err(|failure| placed(failure, &args.picture))?;
+    memory::check_preview(&plan, args.memory)?;
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;

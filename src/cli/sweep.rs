@@ -3,6 +3,7 @@
 use super::{
     console::{self, say},
     machine::{Machine, has_extension},
+    memory::{self, MemoryArgs},
     progress::TerminalProgress,
     side_files::open_workpiece,
 };
@@ -12,7 +13,10 @@ use crate::{
     record::{SideFile, document},
     report::{self, Curve},
     spec::{Quantity, Range},
-    study::sweep::{Law, SWEEP_VIEWS, SweepPoint, Swept},
+    study::{
+        design::Plan,
+        sweep::{Law, SWEEP_VIEWS, SweepPoint, Swept},
+    },
 };
 use glam::DVec2;
 use glasswarp_verify::{Image, Scene, picture};
@@ -28,7 +32,7 @@ pub(crate) fn run(
     steps: usize,
     (side, named): (&SideFile, Option<&Path>),
     as_built: Option<&Path>,
-    pixels: usize,
+    (pixels, memory): (usize, MemoryArgs),
     outputs: &[PathBuf],
 ) -> Result<(), Failure> {
     let outputs = outputs.iter().map(|path| Ok((Output::of(path)?, path))).collect::<Result<Vec<_>, Failure>>()?;
@@ -37,12 +41,14 @@ pub(crate) fn run(
     Swept::check(range.quantity, side.bench.mirror, as_built.is_some())?;
     let progress = TerminalProgress::new();
     let built = as_built.map(|path| open_workpiece(path, named, (None, None), pixels, &progress)).transpose()?;
+    built.iter().try_for_each(|piece| memory::check_pixels(&piece.examiner, memory))?;
+    let fits = |plan: &Plan| memory::check_look(plan, pixels, memory).map(drop);
     let swept = built.as_ref().map_or(Swept::Design(side, &picture), Swept::AsBuilt);
     let mut points = Vec::new();
     let mut refused = None;
     print_header(range.quantity);
     for value in range.values(steps) {
-        match swept.at(range, value, pixels, &Machine) {
+        match swept.at(range, value, pixels, &Machine, &fits) {
             Ok(point) => {
                 print(&point);
                 points.push(point);

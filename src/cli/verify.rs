@@ -4,6 +4,7 @@ use super::{
     console::{self, say},
     design::{demand, stem},
     machine::{IrradianceFile, Machine, read_mesh},
+    memory::{self, MemoryArgs},
     outcome::error_limit,
     outputs, print,
     progress::TerminalProgress,
@@ -163,6 +164,9 @@ pub(crate) struct FileArgs {
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR", value_parser = error_limit)]
     max_error: Option<f64>,
+
+    #[command(flatten)]
+    memory: MemoryArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -244,7 +248,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     if let (Some(range), Some(side)) = (&args.sweep, &side) {
         let place = args.as_built.then_some(block);
         let side = (side, args.bench.as_deref());
-        return sweep::run(range, args.steps as usize, side, place, args.pixels as usize, &args.output);
+        return sweep::run(range, args.steps as usize, side, place, (args.pixels as usize, args.memory), &args.output);
     }
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let progress = TerminalProgress::new();
@@ -264,6 +268,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let surface = args.surface.map(Surface::from);
     let examiner = Examiner::new(scene.clone(), target, args.pixels as usize).with_surface(surface, fresnel);
+    memory::check_pixels(&examiner, args.memory)?;
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan = PhotonPlan {
         photons: args.photons,

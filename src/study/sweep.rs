@@ -78,11 +78,18 @@ impl Swept<'_> {
         Ok(())
     }
 
-    /// What is seen at one place of a range.
+    /// What is seen at one place of a range. `approve` may refuse a plan before work is done for it.
     ///
     /// # Errors
     /// A bench that cannot draw the picture.
-    pub fn at(&self, range: &Range, value: f64, pixels: usize, host: &dyn Host) -> Result<SweepPoint, Failure> {
+    pub fn at(
+        &self,
+        range: &Range,
+        value: f64,
+        pixels: usize,
+        host: &dyn Host,
+        approve: &dyn Fn(&Plan) -> Result<(), Failure>,
+    ) -> Result<SweepPoint, Failure> {
         match self {
             Self::AsBuilt(piece) => {
                 let (ior, distance_mm) = match range.quantity {
@@ -106,6 +113,7 @@ impl Swept<'_> {
                     Quantity::Nodes => settings.nodes = Some(value as usize),
                 }
                 let plan = Plan::new(picture.to_path_buf(), settings, host, &Silent as &dyn Progress)?;
+                approve(&plan)?;
                 let block = plan.design(&Silent)?;
                 let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), "the block")?;
                 let target = plan.target_light(host)?;

@@ -3,20 +3,21 @@
 //! Each target sees [`cases`] damaged files: some thousands by default, `GLASSWARP_FUZZ_CASES=1000000` for a long run. The
 //! same number always gives the same files; a failure names the case and keeps its file.
 
+use cpu_time::ProcessTime;
 use peak_alloc::PeakAlloc;
 use std::{
     env, fs,
     panic::{self, AssertUnwindSafe},
     path::PathBuf,
     sync::{Mutex, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 /// Counts every byte of the test's process.
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
 
-/// Targets take turns: memory is counted for the whole process.
+/// Targets take turns: memory and time are counted for the whole process.
 static TURN: Mutex<()> = Mutex::new(());
 
 /// Where the last panic was.
@@ -45,7 +46,7 @@ pub(crate) struct Target<'a> {
     pub(crate) memory: fn(usize) -> usize,
 }
 
-/// Most time for a file of so many bytes: a fixed part, and so much for every byte.
+/// Most time of the processor, on all threads, for a file of so many bytes: a fixed part, and so much for every byte.
 fn most_time(length: usize) -> Duration {
     Duration::from_millis(250) + length as u32 * Duration::from_micros(10)
 }
@@ -76,12 +77,12 @@ impl Target<'_> {
         for case in 0..cases {
             let file = self.damaged(case);
             let timed = || {
-                let start = Instant::now();
+                let start = ProcessTime::now();
                 let tried = self.try_one(&file, &read);
                 (tried, start.elapsed())
             };
             let ((outcome, peak), mut took) = timed();
-            // Whatever else the machine does shall not count.
+            // What another thread does meanwhile, which makes the corpus of the next target, shall not count.
             for _ in 0..3 {
                 if took > most_time(file.len()) {
                     took = took.min(timed().1);

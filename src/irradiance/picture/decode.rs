@@ -191,6 +191,9 @@ fn scaled(value: png::ScaledFloat) -> f64 {
     f64::from(value.into_scaled()) / 100_000.0
 }
 
+/// A block of 64 pixels takes at least one bit.
+const JPEG_PIXELS_PER_BYTE: usize = 64 * 8;
+
 fn open_jpeg(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     // A decoder fills what is missing with grey.
     if !is_whole(bytes) {
@@ -198,6 +201,12 @@ fn open_jpeg(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     }
     let mut head = zune_jpeg::JpegDecoder::new_with_options(ZCursor::new(bytes), jpeg_options());
     head.decode_headers().map_err(|error| broken(Kind::Jpeg)(&error))?;
+    let (width, height) = head.dimensions().unwrap_or_default();
+    let most = bytes.len().saturating_mul(JPEG_PIXELS_PER_BYTE);
+    if width.saturating_mul(height) > most {
+        let says = format!("it claims {width} x {height} pixels, and its {} bytes hold at most {most}", bytes.len());
+        return Err(broken(Kind::Jpeg)(&says));
+    }
     let is_cmyk = matches!(head.input_colorspace(), Some(ColorSpace::CMYK | ColorSpace::YCCK));
     if !is_cmyk {
         return open_common(bytes, ImageFormat::Jpeg, Kind::Jpeg, allowed);

@@ -28,6 +28,10 @@ const MOST_DEEP: usize = 200;
 const MOST_OCTAVES: f64 = 16.0;
 const MOST_RADIUS: f64 = 50.0;
 const MOST_KERNEL: f64 = 400.0;
+/// Greatest ratio of the place and size of an embedded picture to its lesser side, and of its own
+/// sides: resvg counts in single precision, in which a side must not vanish beside its place.
+const MOST_PLACED: f64 = 1e4;
+const MOST_SLENDER: u32 = 1000;
 
 /// A drawing in pixels.
 pub(super) struct Raster {
@@ -109,6 +113,11 @@ fn embedded(mime: &str, data: Arc<Vec<u8>>, memory: u64, complaint: &Mutex<Optio
     };
     let reader = image::ImageReader::with_format(std::io::Cursor::new(data.as_slice()), format);
     match reader.into_dimensions() {
+        Ok((w, h)) if w.max(h) / w.min(h).max(1) > MOST_SLENDER => {
+            return complain(format!(
+                "has an embedded picture of {w} x {h} pixels; sides up to {MOST_SLENDER} times as long as the other are drawn: crop it"
+            ));
+        }
         Ok((w, h)) if u64::from(w) * u64::from(h) <= most => {}
         Ok((w, h)) => {
             return complain(format!(
@@ -190,6 +199,7 @@ impl Survey {
                 self.passed_over.push("its animation was passed over".into());
             }
             "script" => self.passed_over.push("its script was passed over".into()),
+            "image" => placed(node)?,
             "feTurbulence" => within(node, "numOctaves", MOST_OCTAVES, f64::max)?,
             "feMorphology" => within(node, "radius", MOST_RADIUS, f64::max)?,
             "feConvolveMatrix" => within(node, "order", MOST_KERNEL, |a, b| a * b)?,
@@ -248,6 +258,22 @@ fn within(node: &Node<'_, '_>, name: &str, most: f64, join: fn(f64, f64) -> f64)
         return Err(refused(format!(
             "has a filter {kind} whose {name} is {text}; at most {most} is drawn: make it smaller"
         )));
+    }
+    Ok(())
+}
+
+/// Refuses a picture in the drawing that is too small for where it is.
+fn placed(node: &Node<'_, '_>) -> Result<(), PictureError> {
+    let number = |name: &str| numbers_of(node.attribute(name).unwrap_or_default()).next();
+    // Without a side it has its own, of a pixel at least.
+    let least = ["width", "height"].map(|side| number(side).unwrap_or(1.0)).into_iter().fold(f64::INFINITY, f64::min);
+    for name in ["x", "y", "width", "height"] {
+        let value = number(name).unwrap_or(0.0);
+        if least > 0.0 && value > MOST_PLACED * least {
+            return Err(refused(format!(
+                "has an embedded picture whose {name} is {value}, and whose lesser side is {least}; up to {MOST_PLACED} times that is drawn: make it larger"
+            )));
+        }
     }
     Ok(())
 }

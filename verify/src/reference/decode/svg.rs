@@ -8,9 +8,15 @@ use super::super::{
 use super::Decoded;
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
-    usvg::{ImageHrefResolver, Options, Tree, fontdb::Database, roxmltree},
+    usvg::{ImageHrefResolver, ImageKind, Options, Tree, fontdb::Database, roxmltree},
 };
-use std::sync::{Arc, LazyLock};
+use std::{
+    io::Cursor,
+    sync::{
+        Arc, LazyLock,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 const NAME: &str = "SVG";
 
@@ -41,15 +47,33 @@ pub(in crate::reference) fn draw(
     let parsing = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(text, parsing).map_err(|error| failed(&error))?;
     refuse_references(&document)?;
+    let thin = AtomicBool::new(false);
+    let by_default = ImageHrefResolver::default_data_resolver();
     let options = Options {
         fontdb: if text.contains("<text") || text.contains(":text") { Arc::clone(&FONTS) } else { Arc::default() },
         image_href_resolver: ImageHrefResolver {
-            resolve_data: ImageHrefResolver::default_data_resolver(),
+            resolve_data: Box::new(|mime, data, options| {
+                let kind = by_default(mime, Arc::clone(&data), options)?;
+                let (w, h) = match &kind {
+                    ImageKind::SVG(tree) => (f64::from(tree.size().width()), f64::from(tree.size().height())),
+                    _ => {
+                        let reader = image::ImageReader::new(Cursor::new(data.as_slice())).with_guessed_format();
+                        let (w, h) = reader.ok()?.into_dimensions().ok()?;
+                        (f64::from(w), f64::from(h))
+                    }
+                };
+                let is_thin = w.max(h) > THINNEST * w.min(h);
+                thin.fetch_or(is_thin, Ordering::Relaxed);
+                (!is_thin).then_some(kind)
+            }),
             resolve_string: Box::new(|_, _| None),
         },
         ..Options::default()
     };
     let tree = Tree::from_xmltree(&document, &options).map_err(|error| failed(&error))?;
+    if thin.load(Ordering::Relaxed) {
+        return Err(failed(&format!("it shows a picture more than {THINNEST} times as long as wide")));
+    }
     let size = tree.size();
     let aspect = f64::from(size.height()) / f64::from(size.width());
     let high = |wide: f64| (wide * aspect).round().max(1.0);
@@ -94,6 +118,9 @@ fn refuse_references(document: &roxmltree::Document<'_>) -> Result<(), Reference
         if !node.is_element() || node.tag_name().name() == "a" {
             continue;
         }
+        if node.tag_name().name() == "image" && vanishes(&node) {
+            return Err(ReferenceError::malformed(NAME, "it shows a picture that is too small for where it stands"));
+        }
         for attribute in node.attributes().filter(|attribute| attribute.name() == "href") {
             let target = attribute.value().trim();
             if !(target.is_empty() || target.starts_with('#') || target.starts_with("data:")) {
@@ -102,4 +129,29 @@ fn refuse_references(document: &roxmltree::Document<'_>) -> Result<(), Reference
         }
     }
     Ok(())
+}
+
+/// Most that a picture in a drawing may be longer than wide, and that its place may be larger than it: in single precision, by which it is
+/// placed, it would have no extent beyond.
+const THINNEST: f64 = 1000.0;
+const FARTHEST: f64 = 1e4;
+
+/// Whether a picture is lost where it stands. Its size is its own where none is told: of one pixel at least.
+fn vanishes(image: &roxmltree::Node<'_, '_>) -> bool {
+    let magnitude = |name: &str, otherwise: f64| {
+        let text = image.attribute(name).unwrap_or_default().trim().trim_start_matches(['+', '-']);
+        // Units are left away: the greatest is a hundred of the smallest.
+        let end = text
+            .char_indices()
+            .find(|&(k, c)| {
+                let exponent = matches!(c, 'e' | 'E')
+                    && text[k + 1..].starts_with(|c: char| c.is_ascii_digit() || c == '+' || c == '-');
+                !(c.is_ascii_digit() || c == '.' || c == '+' || c == '-' || exponent)
+            })
+            .map_or(text.len(), |(k, _)| k);
+        text[..end].parse::<f64>().unwrap_or(otherwise)
+    };
+    let [width, height] = ["width", "height"].map(|name| magnitude(name, 1.0));
+    let reach = magnitude("x", 0.0).max(magnitude("y", 0.0)).max(width).max(height);
+    width > 0.0 && height > 0.0 && reach > FARTHEST * width.min(height)
 }
