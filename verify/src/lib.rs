@@ -18,34 +18,29 @@
 //! - Power is booked in integers: it adds up to what was sent out, and every result is the same for any number of threads.
 //! - Hit points, normals, refraction and landing points are computed in f64; f32 only proposes candidate triangles.
 
-mod accel;
-mod beams;
 mod block;
 pub mod crosscheck;
-pub mod dispersion;
-mod film;
-mod light;
+mod estimate;
+mod image;
 pub mod load;
 mod mesh;
-pub mod metrics;
-mod optics;
-mod outline;
-mod photons;
 pub mod picture;
+mod random;
 pub mod reference;
 mod scene;
-mod shading;
 pub mod solid;
 mod spline;
-mod spread;
 mod trace;
 
-pub use beams::{Beams, MOST_BEAMS, beams, facet_beams};
 pub use block::{Block, BlockError, Placed, Placement, Stand};
-pub use film::{Flux, Image};
-pub use light::{BeamProfile, Emission, IntensityTable, Light};
+pub use estimate::{
+    Agreement, Beams, Flux, MOST_BEAMS, NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, beams,
+    dispersion, facet_beams, metrics, photons,
+};
+pub use self::image::Image;
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};
-pub use photons::{Agreement, NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};
-pub use scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal, Window};
-pub use spread::Spread;
+pub use scene::{
+    BeamProfile, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError, Spread, Surface,
+    Traversal, Window,
+};
 pub use trace::{End, Path, Tracer};

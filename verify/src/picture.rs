@@ -1,6 +1,6 @@
 //! Writing irradiance to files, whole or not at all.
 
-use crate::film::Image;
+use crate::image::Image;
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, ReadChannels, ReadLayers,
     Text, WritableImage,

@@ -1,6 +1,9 @@
 //! A block with another face than that of its file: worked on, thicker, or known better than by its heights.
 
-use super::{Block, BlockError};
+use super::{
+    error::BlockError,
+    model::{Block, above, places},
+};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -13,8 +16,8 @@ impl Block {
     /// Those of [`from_heights`](Self::from_heights).
     pub fn with_face(mut self, (nx, ny): (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
         let fresh = Self::from_heights(self.upper - self.lower, self.entry_z, (nx, ny), heights)?;
-        self.xs = super::places(nx, self.lower.x, self.upper.x);
-        self.ys = super::places(ny, self.lower.y, self.upper.y);
+        self.xs = places(nx, self.lower.x, self.upper.x);
+        self.ys = places(ny, self.lower.y, self.upper.y);
         (self.nx, self.ny, self.heights, self.diagonals) = (nx, ny, fresh.heights, fresh.diagonals);
         (self.spline, self.normals, self.slopes) = (None, None, None);
         if let Some(border) = &self.border {
@@ -47,7 +50,7 @@ impl Block {
     /// # Errors
     /// [`BlockError::Grid`] for one that is not below all of the exit face.
     pub fn with_entry_z(mut self, entry_z_mm: f64) -> Result<Self, BlockError> {
-        super::above(&self.heights, self.nx, entry_z_mm)?;
+        above(&self.heights, self.nx, entry_z_mm)?;
         self.entry_z = entry_z_mm;
         Ok(self)
     }
@@ -71,7 +74,7 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shading::node_normals;
+    use crate::block::shading::node_normals;
     use glam::DVec3;
 
     #[test]

@@ -4,7 +4,7 @@
 //! of the exit face, seen along the normal of that plane, run along the lines of the grid and the diagonals of its cells: the directions
 //! that are a right angle apart are those of the lines.
 
-use super::{Block, BlockError, PLANE_TOLERANCE};
+use super::{error::BlockError, model::Block, recognise::PLANE_TOLERANCE};
 use crate::{mesh::Mesh, solid};
 use glam::{DMat3, DQuat, DVec2, DVec3, Vec2Swizzles, Vec3Swizzles};
 use std::f64::consts::{FRAC_PI_2, TAU};

@@ -1,6 +1,6 @@
 //! The normals that smooth shading interpolates.
 
-use crate::block::Block;
+use super::model::Block;
 use glam::DVec3;
 use rayon::prelude::*;
 

@@ -1,6 +1,6 @@
 //! Agreement of caustics, with the renderer's noise taken from two runs.
 
-use crate::film::Image;
+use crate::image::Image;
 
 /// Agreement at one number of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]

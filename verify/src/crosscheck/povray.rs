@@ -1,12 +1,16 @@
 //! Scenes for POV-Ray 3.7, and its pictures.
 
 use super::{
-    Renderer, Study,
-    job::{Code, CrosscheckError, Job, Run},
+    error::CrosscheckError,
+    job::{Code, Job, Run},
+    renderer::Renderer,
     shaded::ShadedMesh,
     view::{View, hole, light, receiver},
 };
-use crate::scene::Optics;
+use crate::{
+    block::Block,
+    scene::{Optics, Scene},
+};
 use glam::{DVec2, DVec3, Vec3};
 use std::{
     io::{self, Write},
@@ -69,7 +73,7 @@ pub(super) fn image(folder: &Path, peak: f64, size: DVec2, pixels: (usize, usize
     }
 }
 
-pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
+pub(super) fn write(job: &Job, block: &Block, scene: &Scene, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
     job.write("block.inc", |out| mesh(out, shaded))?;
     let (name, template) = match job.code {
         Code::Landings(_) => ("map.pov", MAP),
@@ -80,7 +84,6 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
         for command in job.commands() {
             writeln!(out, "//   {command}")?;
         }
-        let (block, scene) = (study.block, &study.scene);
         let mut declare = |name: &str, value: f64| writeln!(out, "#declare {name} = {value};");
         declare("Index", scene.ior())?;
         declare("Distance", scene.distance_mm)?;
@@ -146,12 +149,4 @@ fn mesh(out: &mut dyn Write, shaded: &ShadedMesh) -> io::Result<()> {
         writeln!(out, "  }}")?;
     }
     writeln!(out, "  inside_vector <0, 0, 1>\n}}")
-}
-
-/// Pixels of a 16-bit PNG, 0..1.
-#[allow(clippy::type_complexity)]
-pub(super) fn read(path: &Path) -> Result<((usize, usize), Vec<[f32; 3]>), String> {
-    let picture = image::open(path).map_err(|error| error.to_string())?.into_rgb16();
-    let size = (picture.width() as usize, picture.height() as usize);
-    Ok((size, picture.pixels().map(|p| p.0.map(|v| f32::from(v) / f32::from(u16::MAX))).collect()))
 }

@@ -1,6 +1,9 @@
 //! The file's own triangles with the normals that renderers shall interpolate.
 
-use crate::{block::Block, mesh::Mesh, shading::node_normals};
+use crate::{
+    block::{Block, node_normals},
+    mesh::Mesh,
+};
 use glam::{DVec2, DVec3, Vec3};
 
 /// A mesh with one normal per vertex, in the single precision of renderers. Where the exit face meets a wall the

@@ -1,110 +1,27 @@
-//! Putting the verifier before independent renderers: POV-Ray and Blender.
-//!
-//! A [`Study`] of a block writes a complete scene for a renderer into a folder ([`Job`]), which can be run by hand, runs it,
-//! and reads the linear picture back. There are two comparisons:
-//!
-//! - **Map**: camera rays *are* light rays. In parallel light an orthographic camera behind the block looks along it, at a point
-//!   source a perspective camera stands in its place, and a mirror is looked at from in front. They see a receiver whose
-//!   colour encodes the position: every pixel is the landing point of one ray, without noise. See [`Study::compare_map`].
-//! - **Image**: the renderer's caustic against the verifier's, with the renderer's noise taken from two runs, for light through
-//!   glass onto a receiver across the axis. See [`Study::compare_image`].
-//!
-//! Like is compared with like: renderers interpolate vertex normals over flat triangles, so the verifier does too
-//! ([`Surface::Smooth`]), with the same normals. The distance to the spline surface is stated besides.
+//! A block that is put before renderers, and the comparison with what they find.
 
-mod image;
-mod job;
-mod map;
-mod povray;
-mod scripted;
-mod shaded;
-mod view;
-
-pub use image::{ImageAgreement, ImageLevel};
-pub use job::{CrosscheckError, Job};
-pub use map::{Distances, Landings, MapAgreement, PERCENTILES};
-
+use super::{
+    error::CrosscheckError,
+    image::ImageAgreement,
+    job::Job,
+    map::{Landings, MapAgreement},
+    povray,
+    renderer::Renderer,
+    scripted::Script,
+    shaded::ShadedMesh,
+    view::View,
+};
 use crate::{
-    beams::{MOST_BEAMS, beams},
     block::Block,
-    film::Image,
-    light::{Emission, Light},
+    estimate::{MOST_BEAMS, beams},
+    image::Image,
     mesh::Mesh,
-    scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface},
+    scene::{Emission, Fresnel, Geometry, Light, Optics, Scene, SceneError, Surface},
     trace::{End, Tracer},
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use scripted::Script;
-use shaded::ShadedMesh;
-use std::{ffi::OsString, path::Path};
-use view::View;
-
-/// An independent program that can follow light through glass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Renderer {
-    /// POV-Ray 3.7: rays, and photon maps.
-    PovRay,
-    /// Blender's Cycles, 3.4 or later: rays, and manifold next-event estimation.
-    Blender,
-    /// Mitsuba 3, a package of Python: rays, and particle tracing.
-    Mitsuba,
-    /// LuxCoreRender 2, a package of Python: light tracing. It has no map mode, for each of its camera rays passes
-    /// somewhere within its pixel.
-    LuxCore,
-}
-
-impl Renderer {
-    /// Name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PovRay => "POV-Ray",
-            Self::Blender => "Blender",
-            Self::Mitsuba => "Mitsuba",
-            Self::LuxCore => "LuxCore",
-        }
-    }
-
-    /// The executable: for packages of Python the interpreter, `$GLASSWARP_PYTHON` or else `python3`.
-    pub fn program(self) -> OsString {
-        match self {
-            Self::PovRay => "povray".into(),
-            Self::Blender => "blender".into(),
-            Self::Mitsuba | Self::LuxCore => std::env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| "python3".into()),
-        }
-    }
-
-    /// How to get it.
-    pub fn remedy(self) -> &'static str {
-        match self {
-            Self::PovRay => "Debian and Ubuntu: apt-get install povray; else https://www.povray.org",
-            Self::Blender => "Debian and Ubuntu: apt-get install blender; else https://www.blender.org",
-            Self::Mitsuba => "pip install mitsuba numpy; name the interpreter in GLASSWARP_PYTHON",
-            Self::LuxCore => "pip install pyluxcore numpy; name the interpreter in GLASSWARP_PYTHON",
-        }
-    }
-
-    /// The files of a scene's folder: those that [`Study`] writes, and what the renderer makes of them. `image` is for image mode.
-    pub fn files(self, image: bool) -> Vec<String> {
-        let mode = if image { "image" } else { "map" };
-        let (mesh, scene, picture): (&[&str], _, _) = match Script::of(self) {
-            None => (&["block.inc"], "pov", "png"),
-            Some(_) => (&["positions.f32", "normals.f32", "triangles.u32"], "py", "exr"),
-        };
-        let runs = if image { vec!["image-1", "image-2"] } else { vec!["map"] };
-        let made = runs.iter().flat_map(|run| [format!("{run}.{picture}"), format!("{run}.log")]);
-        let fixed = mesh.iter().map(|&name| name.to_owned());
-        fixed.chain(["README.txt".to_owned(), format!("{mode}.{scene}")]).chain(made).collect()
-    }
-
-    /// Whether this renderer's caustic has Fresnel's losses in it.
-    fn fresnel(self) -> Fresnel {
-        match self {
-            Self::PovRay => Fresnel::Off,
-            Self::Blender | Self::Mitsuba | Self::LuxCore => Fresnel::On,
-        }
-    }
-}
+use std::path::Path;
 
 /// A block on a bench, ready to be shown to renderers.
 #[derive(Clone, Debug)]
@@ -234,8 +151,8 @@ impl<'a> Study<'a> {
     fn write(&self, job: &Job, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
         job.make_folder()?;
         match Script::of(job.renderer) {
-            None => povray::write(job, self, shaded)?,
-            Some(script) => script.write(job, self, shaded)?,
+            None => povray::write(job, self.block, &self.scene, shaded)?,
+            Some(script) => script.write(job, self.block, &self.scene, shaded)?,
         }
         job.write_readme()
     }

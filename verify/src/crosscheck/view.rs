@@ -2,8 +2,7 @@
 
 use crate::{
     block::Block,
-    light::Light,
-    scene::{Optics, Scene},
+    scene::{Light, Optics, Scene},
 };
 use glam::{DMat3, DVec2, DVec3};
 

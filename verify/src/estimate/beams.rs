@@ -1,8 +1,13 @@
 //! Noise-free irradiance: a regular lattice of rays, and the light between them spread over the receiver.
 
+use super::{
+    brush::Brush,
+    film::Film,
+    flux::{Flux, Tally, UNIT},
+};
 use crate::{
     block::{Block, corners, halves},
-    film::{Brush, Film, Flux, Image, Tally, UNIT},
+    image::Image,
     trace::{End, FromFacet, Path, Row, Tracer},
 };
 use glam::DVec2;

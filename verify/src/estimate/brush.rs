@@ -1,6 +1,6 @@
 //! Beams spread over pixels: every pixel gets the part of a beam's polygon that it covers.
 
-use super::{Film, Tally};
+use super::{film::Film, flux::Tally};
 use glam::DVec2;
 
 /// Polygons of a smaller area, in pixels, are treated as points.
@@ -262,7 +262,7 @@ fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{film::UNIT, scene::Window};
+    use crate::{estimate::flux::UNIT, scene::Window};
 
     /// What every pixel gets of a beam, as parts of it.
     fn shares(spread: impl Fn(&mut Brush, &mut Tally)) -> Vec<f64> {
@@ -325,5 +325,25 @@ mod tests {
         assert!(tally.window.abs_diff(500) <= 2 && tally.window + tally.missed == 1000, "{tally:?}");
         Brush::on(&film).triangle([at(f64::NAN, 0.0), at(1.0, 0.0), at(0.0, 2.0)], 7, &mut tally);
         assert_eq!(tally.lost, 7);
+    }
+
+    #[test]
+    fn a_beam_is_shared_by_area_and_what_passes_the_border_is_counted() {
+        let window = Window { size_mm: DVec2::splat(4.0), centre_mm: DVec2::ZERO, nx: 4, ny: 4 };
+        let film = Film::new(&window);
+        let mut tally = Tally::default();
+        // 1 x 1 box, centred on the corner of four pixels; then one with three quarters outside of the window.
+        let square = |x: f64, y: f64| {
+            [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| DVec2::new(x + u, y + v))
+        };
+        for (x, y) in [(0.0, 0.0), (2.0, 2.0)] {
+            Brush::on(&film).quadrilateral(square(x, y).map(|p| film.in_pixels(p)), UNIT, &mut tally);
+        }
+        let image = film.develop(16 * u128::from(UNIT));
+        for k in [5, 6, 9, 10] {
+            assert!((image.values[k] - 0.25).abs() < 1e-9);
+        }
+        assert!((image.values[0] - 0.25).abs() < 1e-9);
+        assert!((tally.flux().missed - 0.375).abs() < 1e-9 && (tally.flux().total() - 1.0).abs() < 1e-15);
     }
 }

@@ -3,7 +3,7 @@
 //! Irradiance has no unit here: images are divided by their means. Where the light goes that draws no picture is measured in
 //! [`Flux`](crate::Flux), as a part of the light that fills the aperture: `missed` is the flux outside of the window.
 
-use crate::film::Image;
+use crate::image::Image;
 
 /// Measures of agreement. Both images are first divided by their means: only the distribution of light is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,13 +1,13 @@
 //! Height maps: a picture whose pixels are nodes, with its numbers beside it as text.
 
-use super::{LoadError, outlined};
+use super::{error::LoadError, outlined};
 use crate::{mesh::Mesh, picture::read_exr_layer};
 use exr::prelude::AttributeValue;
 use glam::{DVec2, DVec3};
 use std::{collections::HashMap, io::Cursor};
 
 fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "height map", reason: reason.into() }
+    LoadError::malformed("height map", reason)
 }
 
 /// Most pixels that are taken.

@@ -1,6 +1,10 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, Failed, LoadError, Normals, Points, polygon};
+use super::{
+    assemble::{Assembler, Failed, Normals, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;

@@ -1,11 +1,15 @@
 //! OFF (Object File Format of Geomview), as text.
 
-use super::{Allowance, Assembler, LoadError, Normals, Points, polygon};
+use super::{
+    assemble::{Allowance, Assembler, Normals, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::DVec3;
 
 fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "OFF", reason: reason.into() }
+    LoadError::malformed("OFF", reason)
 }
 
 /// Parses a file with or without normals, colours and texture coordinates, of which the normals are read.

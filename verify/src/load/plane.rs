@@ -5,7 +5,7 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_un
 
 /// Triangles of a plane face between its loops, the outer one first and anticlockwise around the outward normal. `None` if it has no
 /// area, or loops that cross.
-pub(in crate::load) fn triangles(vertices: &[DVec3], loops: &[Vec<u32>]) -> Option<Vec<[u32; 3]>> {
+pub(super) fn triangles(vertices: &[DVec3], loops: &[Vec<u32>]) -> Option<Vec<[u32; 3]>> {
     let outer = loops.first()?;
     let at = |v: u32| vertices[v as usize];
     let origin = at(outer[0]);

@@ -1,6 +1,10 @@
 //! Polygon File Format (Stanford), text and binary.
 
-use super::{Assembler, LoadError, Points, polygon};
+use super::{
+    assemble::{Assembler, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::DVec3;
 use std::borrow::Cow;
@@ -106,7 +110,7 @@ impl Role {
 }
 
 fn malformed(reason: String) -> LoadError {
-    LoadError::Malformed { format: "PLY", reason }
+    LoadError::malformed("PLY", reason)
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -1,6 +1,10 @@
 //! Cutting the polygons of a file into triangles.
 
-use super::{Assembler, LoadError, Points, step};
+use super::{
+    assemble::{Assembler, Points},
+    error::LoadError,
+    plane,
+};
 use glam::DVec3;
 
 /// Adds a polygon of points that are told by their numbers, with the numbers of its corners' normals if there are any.
@@ -42,7 +46,7 @@ fn triangles(places: &[DVec3]) -> Vec<[usize; 3]> {
         }
         n => {
             let around: Vec<u32> = (0..n as u32).collect();
-            match step::plane::triangles(places, &[around]) {
+            match plane::triangles(places, &[around]) {
                 Some(cut) if cut.len() == n - 2 => cut.into_iter().map(|t| t.map(|v| v as usize)).collect(),
                 _ => (2..n).map(|k| [0, k - 1, k]).collect(),
             }

@@ -26,19 +26,21 @@ mod icc;
 mod plane;
 mod raster;
 mod tiff_tags;
+mod tone;
 
 pub use edit::{Crop, Flip, Levels, Measure, Turn};
 pub use error::ReferenceError;
 pub use frame::Frame;
 pub use plane::resampled;
 
-use crate::film::Image;
-use colour::{Meaning, REC_709, Tone, srgb_to_light};
+use crate::image::Image;
+use colour::{Meaning, REC_709};
 use decode::{Decoded, Format};
 use plane::Plane;
 use raster::{Alpha, Samples};
 use rayon::prelude::*;
 use std::{fs, path::Path};
+use tone::{Tone, light_to_srgb, srgb_to_light};
 
 /// Most pixels along a side; larger pictures are reduced.
 const MOST_SIDE: usize = 16384;
@@ -230,7 +232,7 @@ fn is_flat(plane: &Plane) -> bool {
 /// Root mean square of the light that one level of 255 is worth on the curve of sRGB.
 fn worth_of_a_level(plane: &Plane) -> f64 {
     let worth = |light: f64| {
-        let v = colour::light_to_srgb(light);
+        let v = light_to_srgb(light);
         srgb_to_light(v + 0.5 / 255.0) - srgb_to_light((v - 0.5 / 255.0).max(0.0))
     };
     // Row by row, so that the order of adding up is always the same.

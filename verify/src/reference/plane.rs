@@ -1,6 +1,6 @@
 //! The light of a picture while it is turned, reduced and framed.
 
-use crate::film::Image;
+use crate::image::Image;
 use rayon::prelude::*;
 use std::ops::Range;
 

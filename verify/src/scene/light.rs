@@ -1,6 +1,7 @@
 //! The light of a bench before it meets the solid.
 
-use crate::{film::Image, scene::SceneError};
+use super::error::{SceneError, in_range};
+use crate::image::Image;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -122,7 +123,7 @@ impl BeamProfile {
             ("the centre of the beam's picture along x (mm)", centre_mm.x, -1e9),
             ("the centre of the beam's picture along y (mm)", centre_mm.y, -1e9),
         ] {
-            crate::scene::within(what, value, least, 1e9)?;
+            in_range(what, value, least, 1e9)?;
         }
         if let Some(k) = picture.values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
             let (column, row) = (k % picture.nx, k / picture.nx);

@@ -1,9 +1,7 @@
 //! Triangles in their search structure.
 
-use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    mesh::Mesh,
-};
+use super::accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside};
+use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;

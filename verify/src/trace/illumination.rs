@@ -11,11 +11,8 @@
 //!
 //! to the side of its source (Snell's law), and an area d g x d dg of the entry face has become (rho / g) g x drho.
 
-use crate::{
-    light::{BeamProfile, Emission, Light},
-    optics::{Interface, refract},
-    scene::{Fresnel, Optics, Scene},
-};
+use super::refraction::{Interface, refract};
+use crate::scene::{BeamProfile, Emission, Fresnel, Light, Optics, Scene};
 use glam::{DMat3, DVec3};
 
 /// The rays of ideal light: parallel along a unit vector, or from a point, mm.

@@ -1,16 +1,16 @@
 //! Tracing any closed solid: light enters, is refracted, reflected inside, leaves, and may enter again.
 
 use super::{
-    End, Path,
+    accel::{Crossing, SearchRay},
     facets::{Facets, Found, Place, Turns, rectangle},
     gate::Gate,
     illumination::{Rays, Strength},
+    path::{End, Path},
     receiver::Receiver,
+    refraction::{Interface, reflect, refract},
 };
 use crate::{
-    accel::{Crossing, SearchRay},
     mesh::{CornerNormals, Mesh},
-    optics::{Interface, reflect, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
 };
 use glam::{DVec2, DVec3};

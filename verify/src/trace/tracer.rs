@@ -1,59 +1,17 @@
-//! Following rays of light through a solid to the receiver.
+//! A solid on a bench: one front for the tracer of blocks and that of any solid.
 
-mod block;
-mod facets;
-mod gate;
-mod illumination;
-mod receiver;
-mod solid;
-
+use super::{
+    block::{BlockTracer, FacetLines, Lattice, Row},
+    path::{End, Path},
+    solid::SolidTracer,
+};
 use crate::{
     block::Block,
     mesh::Mesh,
-    scene::{Optics, Scene, SceneError},
-    spread::{Dice, Spread},
+    random::Dice,
+    scene::{Optics, Scene, SceneError, Spread},
 };
-use block::{FacetLines, Lattice};
-pub(crate) use block::{FromFacet, Row};
 use glam::DVec2;
-
-/// How the way of a ray ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum End {
-    /// On the receiver plane, at this point, mm.
-    Receiver(DVec2),
-    /// At an interface, beyond the critical angle. (Traced as a full solid: after too many reflections inside.)
-    TotallyReflected,
-    /// At a side wall, or at the solid again after leaving it. (Traced as a full solid: anywhere but on the receiver.)
-    Side,
-    /// Past the solid without touching it.
-    Beside,
-    /// Nowhere: the tracer failed. Never happens with a sound solid.
-    Lost,
-}
-
-/// Where a ray goes, following refraction wherever it is possible.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Path {
-    /// How it ends.
-    pub end: End,
-    /// The part of its power that arrives there; the rest is reflected on the way.
-    pub transmittance: f64,
-    /// Its power for the rectangle of plan that it stands for, in units of the mean over the aperture: how bright the light is
-    /// there. 0 where the face lies in its own shadow.
-    pub power: f64,
-    /// Rays of different signature took different kinds of ways: the map from aperture to receiver tears between them.
-    pub(crate) signature: u32,
-}
-
-impl Path {
-    /// No light.
-    pub(crate) const DARK: Self = Self { power: 0.0, ..Self::ended(End::Side, 1.0) };
-
-    pub(crate) const fn ended(end: End, transmittance: f64) -> Self {
-        Self { end, transmittance, power: 1.0, signature: 0 }
-    }
-}
 
 /// A solid on a bench, ready to be traced.
 #[derive(Debug)]
@@ -64,8 +22,8 @@ pub struct Tracer {
 
 #[derive(Debug)]
 enum Kind {
-    Block(Box<block::BlockTracer>),
-    Solid(Box<solid::SolidTracer>),
+    Block(Box<BlockTracer>),
+    Solid(Box<SolidTracer>),
 }
 
 impl Tracer {
@@ -77,7 +35,7 @@ impl Tracer {
     pub fn for_block(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
         let (lower, upper) = block.entry_face_mm();
         scene.validate(lower.extend(block.entry_z_mm()), upper.extend(block.height_range_mm().1))?;
-        Ok(Self { scene: scene.clone(), kind: Kind::Block(Box::new(block::BlockTracer::new(block, scene)?)) })
+        Ok(Self { scene: scene.clone(), kind: Kind::Block(Box::new(BlockTracer::new(block, scene)?)) })
     }
 
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
@@ -101,7 +59,7 @@ impl Tracer {
                 "only a block can be a mirror: this solid has no exit face on a regular grid",
             ));
         }
-        Ok(Self { scene: scene.clone(), kind: Kind::Solid(Box::new(solid::SolidTracer::new(mesh, scene)?)) })
+        Ok(Self { scene: scene.clone(), kind: Kind::Solid(Box::new(SolidTracer::new(mesh, scene)?)) })
     }
 
     /// The bench.

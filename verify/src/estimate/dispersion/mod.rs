@@ -4,11 +4,10 @@ mod colour;
 
 pub use colour::colour_matching;
 
+use super::{beams::beams, metrics};
 use crate::{
-    beams::beams,
     block::Block,
-    film::Image,
-    metrics,
+    image::Image,
     scene::{Optics, Scene, SceneError},
     trace::{End, Tracer},
 };

@@ -5,9 +5,9 @@
 //! its square. The channels `Y` (irradiance) and `noise` (its standard error) hold what follows from them in single
 //! precision, for viewers. What else belongs to a tally stands in the attribute `comments`, as text.
 
-use super::PhotonTally;
+use super::tally::{MOST_REPLICATES, MOST_STRATA, PhotonTally};
 use crate::{
-    film::Tally,
+    estimate::flux::Tally,
     picture::{PictureError, read_exr_layer, write_whole},
 };
 use exr::prelude::{
@@ -57,7 +57,7 @@ impl PhotonTally {
             let word = |w: usize| FlatSamples::U32(of.iter().map(|v| (v >> (32 * w)) as u32).collect());
             (0..words).map(|w| AnyChannel::new(format!("{name}.{w}").as_str(), word(w))).collect()
         };
-        let floats = |name: &str, of: &crate::Image| {
+        let floats = |name: &str, of: &crate::image::Image| {
             AnyChannel::new(name, FlatSamples::F32(of.values.iter().map(|&v| v as f32).collect()))
         };
         let mut channels = integers("sum", SUM_WORDS, &self.sums);
@@ -176,11 +176,11 @@ fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
 fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     let ascending = tally.done.windows(2).all(|pair| pair[0] < pair[1]);
     let last = tally.done.last().copied().unwrap_or(u32::MAX);
-    if !ascending || last >= tally.replicates || tally.replicates > super::MOST_REPLICATES {
+    if !ascending || last >= tally.replicates || tally.replicates > MOST_REPLICATES {
         return Err("its list of replicates makes no sense".into());
     }
     let (columns, rows) = tally.strata;
-    if columns.max(rows) > super::MOST_STRATA {
+    if columns.max(rows) > MOST_STRATA {
         return Err(format!("{columns} x {rows} strata are more than there can be"));
     }
     let booked = tally.fates.words().iter().try_fold(0u128, |sum, &units| sum.checked_add(units));

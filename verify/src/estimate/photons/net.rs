@@ -10,7 +10,7 @@
 //! All of this is linear over GF(2): a point is the exclusive or of what its column and what its row contribute. Hence no
 //! point needs more than two of them, and they can be had in any order.
 
-use crate::spread::mix;
+use crate::random::mix;
 use glam::DVec2;
 
 /// One sample of the unit square.

@@ -1,211 +1,36 @@
-//! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
+//! Exact sums of what photons did.
 
-mod file;
-mod net;
-
-pub use file::TallyError;
-
-use crate::{
-    film::{Film, Flux, Image, Tally, UNIT},
-    spread::{Dice, mix},
-    trace::Tracer,
+use super::{
+    agreement::{Agreement, NoisyError},
+    plan::PhotonError,
 };
-use glam::DVec2;
-use net::Net;
-use rayon::prelude::*;
-
-/// Which photons to trace.
-///
-/// The photons of a run are cut into [`replicates`](Self::replicates), independent scrambled nets over the aperture. Each
-/// depends on nothing but the seed and its own number: shard `s` of `S` traces those with number `s` modulo `S`, on any
-/// machine, and merging all shards gives exactly the tally of the whole run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PhotonPlan {
-    /// Photons asked for in the whole run; rounded up so that every replicate has a power of two.
-    pub photons: u64,
-    /// Selects the random numbers.
-    pub seed: u64,
-    /// Independent samples, at least 2: the spread between them is the standard error.
-    pub replicates: u32,
-    /// Which part of the run to trace, 0 up to `shards` - 1.
-    pub shard: u32,
-    /// Number of parts.
-    pub shards: u32,
-}
-
-impl PhotonPlan {
-    /// The whole of a run.
-    pub fn new(photons: u64, seed: u64) -> Self {
-        Self { photons, seed, replicates: 32, shard: 0, shards: 1 }
-    }
-}
-
-/// Why photons cannot be traced or tallies not be merged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PhotonError {
-    /// A plan that makes no sense.
-    #[error("{what} is {value}; it must lie between {least} and {greatest}")]
-    Plan {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: u64,
-        /// Least accepted value.
-        least: u64,
-        /// Greatest accepted value.
-        greatest: u64,
-    },
-    /// Parts of different runs.
-    #[error("the tallies belong to different runs: they differ in {0}")]
-    Different(&'static str),
-    /// A part counted twice.
-    #[error("replicate {0} is in both tallies")]
-    Twice(u32),
-}
+use crate::{
+    estimate::flux::{Flux, Tally, UNIT},
+    image::Image,
+};
 
 /// Exact sums of what photons did; the state of a run or of a part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PhotonTally {
-    seed: u64,
-    strata: (u32, u32),
-    pixels: (usize, usize),
+    pub(super) seed: u64,
+    pub(super) strata: (u32, u32),
+    pub(super) pixels: (usize, usize),
     /// Of the whole run.
-    replicates: u32,
+    pub(super) replicates: u32,
     /// Numbers of the replicates done, ascending.
-    done: Vec<u32>,
-    fates: Tally,
+    pub(super) done: Vec<u32>,
+    pub(super) fates: Tally,
     /// Over replicates: sums of every pixel's power, and of its square.
-    sums: Vec<u128>,
-    squares: Vec<u128>,
+    pub(super) sums: Vec<u128>,
+    pub(super) squares: Vec<u128>,
 }
 
 /// With twice as many on one pixel, which rounding up can make of them, squares of sums just fit into 128 bits.
-const MOST_PHOTONS: u64 = 2_000_000_000;
+pub(super) const MOST_PHOTONS: u64 = 2_000_000_000;
 /// Most independent samples of a run.
-const MOST_REPLICATES: u32 = 4096;
+pub(super) const MOST_REPLICATES: u32 = 4096;
 /// Most strata along a side of the aperture.
-const MOST_STRATA: u32 = 1 << 16;
-/// Rows of strata traced by one task.
-const ROWS: u32 = 16;
-
-/// Traces the photons of a plan.
-///
-/// Memory does not depend on the number of photons. The tally is the same, bit by bit, for any number of threads.
-///
-/// # Errors
-/// [`PhotonError::Plan`] for a plan out of range.
-pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, PhotonError> {
-    let within = |what, value: u64, least: u64, greatest: u64| {
-        if (least..=greatest).contains(&value) {
-            Ok(())
-        } else {
-            Err(PhotonError::Plan { what, value, least, greatest })
-        }
-    };
-    within("the number of replicates", plan.replicates.into(), 2, MOST_REPLICATES.into())?;
-    within("the number of shards", plan.shards.into(), 1, plan.replicates.into())?;
-    within("the shard", plan.shard.into(), 0, u64::from(plan.shards) - 1)?;
-    within("the number of photons", plan.photons, 1, MOST_PHOTONS)?;
-
-    tracer.prepare();
-    let (lower, upper) = tracer.aperture_mm();
-    let size = upper - lower;
-    let each = plan.photons.div_ceil(plan.replicates.into());
-    let (column_bits, row_bits) = net::strata_bits(each, size.x / size.y);
-    let (columns, rows) = (1 << column_bits, 1 << row_bits);
-    let window = &tracer.scene().window;
-    let pixels = window.nx * window.ny;
-    let mut film = Film::new(window);
-    let mut tally = PhotonTally {
-        seed: plan.seed,
-        strata: (columns, rows),
-        pixels: (window.nx, window.ny),
-        replicates: plan.replicates,
-        done: (0..plan.replicates).filter(|r| r % plan.shards == plan.shard).collect(),
-        fates: Tally::default(),
-        sums: vec![0; pixels],
-        squares: vec![0; pixels],
-    };
-    for &replicate in &tally.done {
-        let key = mix(plan.seed ^ mix(u64::from(replicate)));
-        let net = Net::new(key, column_bits, row_bits);
-        let fates = (0..rows.div_ceil(ROWS))
-            .into_par_iter()
-            .map(|band| {
-                let mut fates = Tally::default();
-                for row in band * ROWS..rows.min((band + 1) * ROWS) {
-                    for column in 0..columns {
-                        let dice = Dice { key, photon: u64::from(row) << 32 | u64::from(column) };
-                        shoot(tracer, &film, lower + net.point(column, row) * size, &dice, &mut fates);
-                    }
-                }
-                fates
-            })
-            .reduce(Tally::default, Tally::plus);
-        tally.fates = tally.fates.plus(fates);
-        for ((sum, square), units) in tally.sums.iter_mut().zip(&mut tally.squares).zip(film.take()) {
-            // A replicate has fewer photons than there are pixels, as a rule.
-            if units > 0 {
-                let units = u128::from(units);
-                *sum += units;
-                *square += units * units;
-            }
-        }
-    }
-    Ok(tally)
-}
-
-#[inline]
-fn shoot(tracer: &Tracer, film: &Film, at: DVec2, dice: &Dice, fates: &mut Tally) {
-    let mut booked = 0;
-    let power = tracer.all_paths(at, dice, |end, part, power| {
-        let units = ((part * power * UNIT as f64) as u64).min((power * UNIT as f64) as u64 - booked);
-        booked += units;
-        film.record(end, units, fates);
-    });
-    fates.reflected += u128::from((power * UNIT as f64) as u64 - booked);
-}
-
-/// An estimate against a target, with the noise's own part taken out.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoisyError {
-    /// Mean square error without bias: the noise does not add to it, and so it can be negative.
-    pub mean_square: f64,
-    /// Standard error of `mean_square`.
-    pub mean_square_error: f64,
-}
-
-impl NoisyError {
-    /// Relative RMS error; 0 where nothing rises above the noise.
-    pub fn rel_rms(&self) -> f64 {
-        self.mean_square.max(0.0).sqrt()
-    }
-
-    /// Standard error of [`rel_rms`](Self::rel_rms): no error below this may be claimed.
-    pub fn rel_rms_error(&self) -> f64 {
-        // d(sqrt m) = dm / (2 sqrt m), which for m near 0 turns into sqrt(dm).
-        let rms = self.rel_rms();
-        let spread = self.mean_square_error;
-        if rms * rms > spread { 0.5 * spread / rms } else { spread.sqrt() }
-    }
-}
-
-/// How far photons are from an image that should be the same light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
-    /// Mean square difference of the photons from the image, less their noise.
-    pub difference: f64,
-    /// Its standard error if both show the same light.
-    pub standard_error: f64,
-}
-
-impl Agreement {
-    /// The difference in standard errors, without its sign. If both show the same light it is distributed as the magnitude of a
-    /// standard normal variable: beyond 2 once in 22 cases, beyond 4 once in 16 000.
-    pub fn standard_errors(&self) -> f64 {
-        if self.difference == 0.0 { 0.0 } else { (self.difference / self.standard_error).abs() }
-    }
-}
+pub(super) const MOST_STRATA: u32 = 1 << 16;
 
 impl PhotonTally {
     /// Number of photons traced.
@@ -224,7 +49,7 @@ impl PhotonTally {
     }
 
     /// Whether all photons have the same power.
-    fn is_even(&self) -> bool {
+    pub(super) fn is_even(&self) -> bool {
         self.fates.total() == u128::from(self.photons()) * u128::from(UNIT)
     }
 

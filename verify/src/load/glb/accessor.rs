@@ -1,7 +1,7 @@
 //! Numbers from the buffers of a glTF file, none of whose counts are believed.
 
-use super::{buffers::Buffers, malformed};
-use crate::load::LoadError;
+use super::{buffers::Buffers, fault::malformed};
+use crate::load::error::LoadError;
 use gltf::{
     Accessor,
     accessor::{DataType, Dimensions, sparse::IndexType},

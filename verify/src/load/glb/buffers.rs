@@ -1,7 +1,7 @@
 //! The buffers of a glTF file: in the file, within its text, or beside it.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use base64::{
     Engine,
     alphabet::STANDARD,

@@ -2,11 +2,16 @@
 
 mod accessor;
 mod buffers;
+mod fault;
 
-use super::{Allowance, Assembler, LoadError, Normals, Points};
+use super::{
+    assemble::{Allowance, Assembler, Normals, Points},
+    error::LoadError,
+};
 use crate::mesh::Mesh;
 use accessor::values;
 use buffers::Buffers;
+use fault::malformed;
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::{
     Accessor, Document, Node, Primitive, Semantic,
@@ -17,10 +22,6 @@ use gltf::{
     scene::Transform,
 };
 use std::path::Path;
-
-fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "glTF", reason: reason.into() }
-}
 
 /// From glTF's axes to ours: x stays, z is up, y goes away from glTF's viewer.
 fn to_frame(v: DVec3) -> DVec3 {

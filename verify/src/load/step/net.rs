@@ -1,7 +1,12 @@
 //! B-spline faces as lattices of samples.
 
-use super::{GAP_MM, MOST_SAMPLES, Part, degree, knots, malformed, odd, part21::Value};
-use crate::load::LoadError;
+use super::{
+    fault::malformed,
+    part::Part,
+    part21::Value,
+    values::{GAP_MM, MOST_SAMPLES, degree, knots, odd},
+};
+use crate::load::error::LoadError;
 use glam::DVec3;
 use rayon::prelude::*;
 

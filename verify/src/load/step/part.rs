@@ -1,105 +1,39 @@
-//! STEP (ISO 10303-21): one solid of B-spline faces, planes and upright walls, cut into triangles.
-//!
-//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid is. A B-spline face is
-//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself; of one that its edges
-//! trim, the samples beyond them are kept beside the mesh.
+//! The edges and faces of a solid, sampled.
 
-mod bspline;
-mod conic;
-mod net;
-mod part21;
-pub(super) mod plane;
-mod trimmed;
-mod unit;
-
-use super::{Allowance, LoadError};
-use crate::mesh::{Mesh, TrimmedFace};
-use bspline::{GREATEST_DEGREE, Knots};
-use conic::Conic;
+use super::{
+    conic::Conic,
+    fault::malformed,
+    part21::{Entities, Value},
+    values::{GAP_MM, degree, knots, odd, reference, references, truth},
+};
+use crate::{
+    load::{assemble::Allowance, error::LoadError, plane},
+    mesh::TrimmedFace,
+};
 use glam::DVec3;
-use part21::{Entities, Value};
 use std::collections::HashMap;
 
-fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "STEP", reason: reason.into() }
-}
-
-/// An edge may miss its vertices and its face by this, mm.
-const GAP_MM: f64 = 1e-5;
 /// How near the chords between samples of a curve are to it, seen from above, mm, and the most of them to a span.
 const SAGITTA_MM: f64 = 1e-5;
 const MOST_PIECES: f64 = 256.0;
-/// Most samples of a face.
-const MOST_SAMPLES: usize = 1 << 26;
-
-/// Parses the one solid of a STEP file.
-pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
-    // Names may be of any encoding, and are not needed.
-    let text = part21::without_comments(String::from_utf8_lossy(bytes));
-    let entities = Entities::parse(&text)?;
-    let [brep] = entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
-        return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
-    };
-    let mut part = Part {
-        scale: unit::of_solid(&entities, brep)?,
-        entities,
-        allowance: Allowance::of(bytes),
-        vertices: Vec::new(),
-        triangles: Vec::new(),
-        corners: HashMap::new(),
-        edges: HashMap::new(),
-        trimmed: Vec::new(),
-        levels: Vec::new(),
-    };
-    let shell = reference(&part.entities.expect(brep, "MANIFOLD_SOLID_BREP")?, 1, brep)?;
-    let faces = references(&part.entities.expect(shell, "CLOSED_SHELL")?, 1, shell)?;
-    for face in faces {
-        part.face(face)?;
-    }
-    if part.triangles.is_empty() {
-        return Err(LoadError::Empty);
-    }
-    let rim_z_mm = if let [z] = part.levels[..] { Some(z) } else { None };
-    let trimmed = match part.trimmed.pop() {
-        Some(face) if part.trimmed.is_empty() => Some(Box::new(TrimmedFace { rim_z_mm, ..face })),
-        _ => None,
-    };
-    Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None, trimmed })
-}
-
-fn reference(values: &[Value<'_>], at: usize, number: u64) -> Result<u64, LoadError> {
-    values.get(at).and_then(Value::reference).ok_or_else(|| odd(number))
-}
-
-fn references(values: &[Value<'_>], at: usize, number: u64) -> Result<Vec<u64>, LoadError> {
-    values.get(at).and_then(Value::references).ok_or_else(|| odd(number))
-}
-
-fn truth(values: &[Value<'_>], at: usize, number: u64) -> Result<bool, LoadError> {
-    values.get(at).and_then(Value::truth).ok_or_else(|| odd(number))
-}
-
-fn odd(number: u64) -> LoadError {
-    malformed(format!("#{number} has not the parameters of its kind"))
-}
-
-struct Part<'a> {
-    entities: Entities<'a>,
-    scale: f64,
-    allowance: Allowance,
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+/// A solid while it is read.
+pub(super) struct Part<'a> {
+    pub(super) entities: Entities<'a>,
+    pub(super) scale: f64,
+    pub(super) allowance: Allowance,
+    pub(super) vertices: Vec<DVec3>,
+    pub(super) triangles: Vec<[u32; 3]>,
     /// Vertex of every VERTEX_POINT, vertices along every EDGE_CURVE.
-    corners: HashMap<u64, u32>,
-    edges: HashMap<u64, Vec<u32>>,
+    pub(super) corners: HashMap<u64, u32>,
+    pub(super) edges: HashMap<u64, Vec<u32>>,
     /// B-spline faces towards the receiver that their edges trim.
-    trimmed: Vec<TrimmedFace>,
+    pub(super) trimmed: Vec<TrimmedFace>,
     /// Level planes that face the receiver, mm.
-    levels: Vec<f64>,
+    pub(super) levels: Vec<f64>,
 }
 
 impl Part<'_> {
-    fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
+    pub(super) fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
         let values = self.entities.expect(number, kind)?;
         match values.get(1).and_then(Value::numbers).as_deref() {
             Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
@@ -107,17 +41,17 @@ impl Part<'_> {
         }
     }
 
-    fn point(&self, number: u64) -> Result<DVec3, LoadError> {
+    pub(super) fn point(&self, number: u64) -> Result<DVec3, LoadError> {
         Ok(self.scale * self.triple(number, "CARTESIAN_POINT")?)
     }
 
-    fn vertex(&mut self, at: DVec3) -> Result<u32, LoadError> {
+    pub(super) fn vertex(&mut self, at: DVec3) -> Result<u32, LoadError> {
         let index = u32::try_from(self.vertices.len()).map_err(|_| LoadError::TooLarge)?;
         self.vertices.push(at);
         Ok(index)
     }
 
-    fn corner(&mut self, number: u64) -> Result<u32, LoadError> {
+    pub(super) fn corner(&mut self, number: u64) -> Result<u32, LoadError> {
         if let Some(&vertex) = self.corners.get(&number) {
             return Ok(vertex);
         }
@@ -128,7 +62,7 @@ impl Part<'_> {
     }
 
     /// Vertices along an edge, from its first to its last.
-    fn edge(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
+    pub(super) fn edge(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
         if let Some(along) = self.edges.get(&number) {
             return Ok(along.clone());
         }
@@ -157,7 +91,7 @@ impl Part<'_> {
     }
 
     /// Samples of a curve from end to end, which vertices cut out of a circle; none of a line.
-    fn curve(&mut self, number: u64, ends: [DVec3; 2]) -> Result<Vec<DVec3>, LoadError> {
+    pub(super) fn curve(&mut self, number: u64, ends: [DVec3; 2]) -> Result<Vec<DVec3>, LoadError> {
         let (kind, values) = self.entities.get(number)?;
         match kind {
             "LINE" => Ok(Vec::new()),
@@ -202,7 +136,7 @@ impl Part<'_> {
         }
     }
 
-    fn face(&mut self, number: u64) -> Result<(), LoadError> {
+    pub(super) fn face(&mut self, number: u64) -> Result<(), LoadError> {
         let values = self.entities.expect(number, "ADVANCED_FACE")?;
         let surface = reference(&values, 2, number)?;
         let same_sense = truth(&values, 3, number)?;
@@ -231,7 +165,7 @@ impl Part<'_> {
     }
 
     /// Vertices once around a loop, each once.
-    fn around(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
+    pub(super) fn around(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
         let mut around = Vec::new();
         let oriented = references(&self.entities.expect(number, "EDGE_LOOP")?, 1, number)?;
         for edge in oriented {
@@ -255,7 +189,7 @@ impl Part<'_> {
         if closed { Ok(around) } else { Err(malformed(format!("loop #{number} is not closed"))) }
     }
 
-    fn plane(&mut self, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
+    pub(super) fn plane(&mut self, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
         let triangles = plane::triangles(&self.vertices, loops)
             .ok_or_else(|| malformed(format!("the loops of face #{number} bound no plane area")))?;
         let heights = || loops.iter().flatten().map(|&v| self.vertices[v as usize].z);
@@ -271,28 +205,3 @@ impl Part<'_> {
         Ok(())
     }
 }
-
-fn degree(values: &[Value<'_>], at: usize, number: u64) -> Result<usize, LoadError> {
-    let degree = values.get(at).and_then(Value::number).ok_or_else(|| odd(number))?;
-    if degree.fract() == 0.0 && (1.0..=GREATEST_DEGREE as f64).contains(&degree) {
-        Ok(degree as usize)
-    } else {
-        Err(malformed(format!("#{number} has the degree {degree}; 1 to {GREATEST_DEGREE} are understood")))
-    }
-}
-
-/// Knots from the parameters with multiplicities and values.
-fn knots(
-    degree: usize,
-    values: &[Value<'_>],
-    (multiplicities, places): (usize, usize),
-    points: usize,
-    number: u64,
-) -> Result<Knots, LoadError> {
-    let list = |at: usize| values.get(at).and_then(Value::numbers).ok_or_else(|| odd(number));
-    Knots::new(degree, &list(multiplicities)?, &list(places)?, points)
-        .ok_or_else(|| malformed(format!("the knots of #{number} do not fit its control points, or are not clamped")))
-}
-
-#[cfg(test)]
-mod tests;

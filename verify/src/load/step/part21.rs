@@ -1,7 +1,7 @@
 //! The exchange structure of ISO 10303-21: numbered entities and their parameters.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use std::{borrow::Cow, collections::HashMap};
 
 /// A parameter of an entity.

@@ -1,8 +1,12 @@
 //! B-spline faces that a loop trims: height fields over a rectangle, of which the mesh holds the whole cells within the loop and a ring of
 //! triangles between them and it.
 
-use super::{GAP_MM, Part, malformed, plane::cut};
-use crate::{load::LoadError, mesh::TrimmedFace, spline::Bicubic};
+use super::{fault::malformed, part::Part, values::GAP_MM};
+use crate::{
+    load::{error::LoadError, plane::cut},
+    mesh::TrimmedFace,
+    spline::Bicubic,
+};
 use glam::{DVec2, DVec3};
 
 /// By how much of a spacing samples may stand beside a regular grid.

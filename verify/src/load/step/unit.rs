@@ -1,10 +1,10 @@
 //! The unit of length in which a solid of a STEP file is given: that of its representation's context.
 
 use super::{
-    malformed,
+    fault::malformed,
     part21::{Entities, Value},
 };
-use crate::load::LoadError;
+use crate::load::error::LoadError;
 
 /// Millimetres in the unit of a solid.
 ///

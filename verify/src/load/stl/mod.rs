@@ -1,9 +1,14 @@
 //! STL, binary and text.
 
+mod fault;
 mod text;
 
-use super::{Assembler, Failed, LoadError};
+use super::{
+    assemble::{Assembler, Failed},
+    error::LoadError,
+};
 use crate::mesh::Mesh;
+use fault::malformed;
 use glam::DVec3;
 use std::io::{self, Read};
 
@@ -34,10 +39,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     }
     let failed = |error: io::Error| malformed(error.to_string());
     binary(&mut &bytes[HEADER..], promised as usize, &failed)
-}
-
-fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "STL", reason: reason.into() }
 }
 
 /// Parses a binary file of this length without holding it as a whole. `None` for any other, of which the beginning has been read.

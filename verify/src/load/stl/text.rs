@@ -1,6 +1,10 @@
 //! STL as text, in every dialect: keywords in any case, several solids, anything for normals, decimal commas, any ends of lines.
 
-use super::{Assembler, LoadError, Mesh, malformed};
+use super::fault::malformed;
+use crate::{
+    load::{assemble::Assembler, error::LoadError},
+    mesh::Mesh,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 

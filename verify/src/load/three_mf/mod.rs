@@ -1,19 +1,20 @@
 //! 3MF: objects, and what is put together from them, in XML within a ZIP archive, with their unit.
 
+mod fault;
 mod part;
 
-use super::{Allowance, Assembler, LoadError, Points};
+use super::{
+    assemble::{Allowance, Assembler, Points},
+    error::LoadError,
+};
 use crate::mesh::Mesh;
+use fault::malformed;
 use glam::DAffine3;
 use part::{Part, attribute, each_element};
 use std::{
     collections::HashMap,
     io::{BufReader, Cursor, Read},
 };
-
-fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "3MF", reason: reason.into() }
-}
 
 /// The models may be this many times as large as their archive: what deflate makes of such text is about a tenth.
 const MOST_EXPANSION: u64 = 200;

@@ -1,7 +1,7 @@
 //! One model within a 3MF package: its objects, and what it builds of them.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use glam::{DAffine3, DVec3};
 use quick_xml::{
     Reader,

@@ -6,8 +6,8 @@ use super::{
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
     },
-    Decoded, believe,
     bits::{Reader, packed, widened},
+    decoded::{Decoded, believe},
 };
 
 const NAME: &str = "BMP";

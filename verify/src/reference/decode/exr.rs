@@ -2,11 +2,12 @@
 
 use super::{
     super::{
-        colour::{Meaning, REC_709, Tone, luminances},
+        colour::{Meaning, REC_709, luminances},
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
+        tone::Tone,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
 use std::{collections::BTreeMap, io::Cursor};

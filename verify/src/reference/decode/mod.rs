@@ -2,6 +2,7 @@
 
 mod bits;
 mod bmp;
+mod decoded;
 mod exr;
 mod gif;
 mod jpeg;
@@ -12,28 +13,9 @@ mod tiff;
 mod tiff_packing;
 mod webp;
 
-use super::{colour::Meaning, error::ReferenceError, icc, raster::Raster};
+pub(super) use decoded::Decoded;
 
-/// A picture as it is stored.
-pub(super) struct Decoded {
-    pub(super) raster: Raster,
-    /// Of EXIF or TIFF, 1 to 8.
-    pub(super) orientation: u8,
-    /// What the file says of its numbers; refused only if nobody says otherwise.
-    pub(super) meaning: Result<Meaning, ReferenceError>,
-    /// Light without a white of its own: its brightest pixel is white.
-    pub(super) scaled_to_peak: bool,
-    /// Two right decoders may differ by a level.
-    pub(super) lossy: bool,
-}
-
-impl Decoded {
-    /// Upright, lossless, and what the profile says, else `otherwise`.
-    fn new(raster: Raster, profile: Option<&[u8]>, otherwise: Meaning) -> Self {
-        let meaning = Ok(profile.and_then(|profile| icc::read(profile, raster.inks)).unwrap_or(otherwise));
-        Self { raster, orientation: 1, meaning, scaled_to_peak: false, lossy: false }
-    }
-}
+use super::error::ReferenceError;
 
 /// A kind of picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,19 +114,5 @@ pub(super) fn decode(format: Format, bytes: &[u8], layer: Option<&str>) -> Resul
         Ok(decoded)
     } else {
         Err(ReferenceError::malformed("picture", "the decoder left another number of samples than it has pixels"))
-    }
-}
-
-/// Refuses sizes that are none, or that no file of this length can have: `per_byte` pixels are the most that a byte can stand for.
-fn believe(width: usize, height: usize, length: usize, per_byte: usize) -> Result<(), ReferenceError> {
-    /// What is held for granted: a small file may be one of few colours.
-    const GRANTED: usize = 1 << 16;
-    if width == 0 || height == 0 {
-        return Err(ReferenceError::Empty { width, height });
-    }
-    let most = GRANTED + length.saturating_mul(per_byte);
-    match width.checked_mul(height) {
-        Some(pixels) if pixels <= most => Ok(()),
-        _ => Err(ReferenceError::Claims { width, height, length, most }),
     }
 }

@@ -8,7 +8,7 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::orientation_of_exif,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use flate2::read::ZlibDecoder;
 use std::io::Read;

@@ -5,7 +5,7 @@ use super::super::{
     error::ReferenceError,
     raster::{Alpha, Inks, Raster, Samples},
 };
-use super::Decoded;
+use super::decoded::Decoded;
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
     usvg::{ImageHrefResolver, Options, Tree, fontdb::Database, roxmltree},

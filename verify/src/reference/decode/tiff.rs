@@ -7,8 +7,8 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::{Directory, PROFILE},
     },
-    Decoded, believe,
     bits::{packed, widened},
+    decoded::{Decoded, believe},
     tiff_packing::{Packing, Piece, unpack},
 };
 

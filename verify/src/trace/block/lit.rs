@@ -4,14 +4,18 @@
 //! however oblique or wide the light is, and its border is where light ends. What reaches it by a side wall of the file's solid
 //! instead of the entry face ends there.
 
-use super::{BlockTracer, Face};
+use super::{
+    supply::Supply,
+    tracer::{BlockTracer, Face},
+    walls::{WALL_MM, within},
+};
 use crate::{
-    accel::SearchRay,
-    scene::{Geometry, Optics, Scene},
-    spread::{Dice, Draw, Spread},
+    random::Dice,
+    scene::{Geometry, Optics},
     trace::{
-        End, Path,
-        illumination::{Arrival, Rays, axis_of},
+        accel::SearchRay,
+        illumination::{Arrival, Rays},
+        path::{End, Path},
     },
 };
 use glam::{DVec2, DVec3};
@@ -27,65 +31,10 @@ pub(super) struct Lit {
     flux: f64,
 }
 
-/// Light with an extent, a face with a finish.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Imperfect {
-    spread: Spread,
-    /// Ideal light, in the bench's frame.
-    rays: Rays,
-    axis: DVec3,
-    roughness: f64,
-}
-
-impl Imperfect {
-    /// None on an ideal bench.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let Scene { spread, roughness, .. } = *scene;
-        let (rays, axis) = (Rays::of(&scene.light), axis_of(scene));
-        (spread != Spread::None || roughness != 0.0).then_some(Self { spread, rays, axis, roughness })
-    }
-
-    /// The light that one photon is of.
-    fn rays(&self, dice: &Dice) -> Rays {
-        match self.rays {
-            Rays::Parallel(direction) => Rays::Parallel(self.spread.direction(direction, dice)),
-            Rays::From(source) => Rays::From(self.spread.place(source, self.axis, dice)),
-        }
-    }
-
-    /// The normal that one photon finds. A facet that faces away from the light is not met by it.
-    fn rough(&self, normal: DVec3, direction: DVec3, dice: &Dice) -> DVec3 {
-        if self.roughness == 0.0 {
-            return normal;
-        }
-        let slopes = normal.truncate() / normal.z + self.roughness * dice.normal_pair(Draw::Finish);
-        let rough = slopes.extend(1.0).normalize();
-        if rough.dot(direction) * normal.dot(direction) > 0.0 { rough } else { normal }
-    }
-}
-
-/// How much light falls on the face, found by quadrature.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Supply {
-    /// Mean flux per unit of area of the face's plan.
-    pub(super) mean: f64,
-    /// The part of it that meets a side wall, or a rim, before the face.
-    pub(super) vignetted: f64,
-}
-
 /// Points of the quadrature along each side.
 const POINTS: usize = 128;
 /// Two crossings nearer to each other than this are one, mm.
 const SAME_MM: f64 = 1e-6;
-/// How far beyond a wall light counts as inside, mm.
-const WALL_MM: f64 = 1e-9;
-
-/// Whether a point is in a rectangle, or on its border but for rounding.
-#[inline]
-pub(super) fn within(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
-    (at + WALL_MM).cmpge(lower).all() && (at - WALL_MM).cmple(upper).all()
-}
-
 impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]

@@ -1,13 +1,15 @@
 //! Many rays of light along the axis at once: by rows of a lattice, and by the facets of the file. Where light goes straight up, what it
 //! meets is known, and what neighbours share is computed once.
 
-use super::{BlockTracer, Face, mixed};
+use super::tracer::{BlockTracer, Face, mixed};
 use crate::{
     block::{Half, corners, halves},
-    optics::tangent_behind,
     scene::{Fresnel, Geometry, Optics, Traversal},
     spline::Columns,
-    trace::{End, Path},
+    trace::{
+        path::{End, Path},
+        refraction::tangent_behind,
+    },
 };
 use glam::{DVec2, DVec3};
 

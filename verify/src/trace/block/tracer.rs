@@ -1,28 +1,24 @@
-//! Tracing a block: entry plane, exit face over a regular grid, receiver.
-
-mod lit;
-mod rows;
-mod search;
-
-pub(in crate::trace) use rows::{FacetLines, Lattice};
-pub(crate) use rows::{FromFacet, Row};
+//! A block on a bench, and the way of one ray through it: entry plane, exit face over a regular grid, receiver.
 
 use super::{
-    End, Path,
-    illumination::{Illumination, Rays},
-    receiver::Receiver,
+    hit::{Hierarchy, Hit},
+    imperfect::Imperfect,
+    supply::Supply,
+    walls::within,
 };
 use crate::{
-    accel::SearchRay,
-    block::Block,
-    optics::{Interface, Refraction, reflect, refract},
+    block::{Block, node_normals},
     scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal},
-    shading::node_normals,
     spline::Bicubic,
+    trace::{
+        accel::SearchRay,
+        illumination::{Illumination, Rays},
+        path::{End, Path},
+        receiver::Receiver,
+        refraction::{Interface, Refraction, reflect, refract},
+    },
 };
 use glam::{DMat3, DVec2, DVec3};
-use lit::{Imperfect, Supply};
-use search::{Hierarchy, Hit};
 use std::sync::{Arc, OnceLock};
 
 /// How far beyond the border of the face light may pass a rim above it, mm: that of the border itself grazes the wall, and is
@@ -31,33 +27,33 @@ const GRAZE_MM: f64 = 1e-3;
 
 /// A block with its light inside, its exit face and the search structure over the cells of that face.
 #[derive(Debug)]
-pub(super) struct BlockTracer {
-    block: Block,
-    optics: Optics,
-    receiver: Receiver,
-    fresnel: Fresnel,
-    geometry: Geometry,
-    traversal: Traversal,
-    face: Face,
+pub(in crate::trace) struct BlockTracer {
+    pub(super) block: Block,
+    pub(super) optics: Optics,
+    pub(super) receiver: Receiver,
+    pub(super) fresnel: Fresnel,
+    pub(super) geometry: Geometry,
+    pub(super) traversal: Traversal,
+    pub(super) face: Face,
     /// From the frame of the block to that of the bench, where they differ.
-    turned: Option<DMat3>,
+    pub(super) turned: Option<DMat3>,
     /// Ideal light, in the frame of the block, and how much of it there is.
-    rays: Rays,
-    illumination: Illumination,
+    pub(super) rays: Rays,
+    pub(super) illumination: Illumination,
     /// Whether every part of the exit face's plan gets the same light, which has come straight up to it.
-    even: bool,
-    supply: Supply,
-    imperfect: Option<Imperfect>,
-    cells_per_mm: DVec2,
+    pub(super) even: bool,
+    pub(super) supply: Supply,
+    pub(super) imperfect: Option<Imperfect>,
+    pub(super) cells_per_mm: DVec2,
     /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
-    steepest: f64,
-    highest_mm: f64,
+    pub(super) steepest: f64,
+    pub(super) highest_mm: f64,
     /// Built when first needed, see [`BlockTracer::hierarchy`].
-    hierarchy: OnceLock<Hierarchy>,
+    pub(super) hierarchy: OnceLock<Hierarchy>,
 }
 
 #[derive(Debug)]
-enum Face {
+pub(super) enum Face {
     Spline(Arc<Bicubic>),
     /// Normals at the nodes.
     Smooth(Vec<DVec3>),
@@ -67,7 +63,7 @@ enum Face {
 }
 
 impl BlockTracer {
-    pub(super) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
+    pub(in crate::trace) fn new(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
         let illumination = Illumination::of(scene, block.entry_z);
         let rays = illumination.in_block(Rays::of(&scene.light));
         let up = match rays {
@@ -118,21 +114,21 @@ impl BlockTracer {
     }
 
     /// The part of the light for the exit face that meets a side wall, or a rim, before it.
-    pub(super) fn vignetting(&self) -> f64 {
+    pub(in crate::trace) fn vignetting(&self) -> f64 {
         self.supply.vignetted
     }
 
-    pub(super) fn aperture(&self) -> (DVec2, DVec2) {
+    pub(in crate::trace) fn aperture(&self) -> (DVec2, DVec2) {
         (self.block.lower, self.block.upper)
     }
 
     #[inline]
-    pub(super) fn path(&self, start: DVec2) -> Path {
+    pub(in crate::trace) fn path(&self, start: DVec2) -> Path {
         let (origin, direction, transmittance) = match self.optics {
             Optics::Refracts { .. } => {
                 let entered = start.extend(self.block.entry_z);
                 let beside = if self.block.is_rectangular() {
-                    !self.even && !lit::within(start, self.block.entry_face_mm())
+                    !self.even && !within(start, self.block.entry_face_mm())
                 } else {
                     !self.block.enters(start)
                 };
@@ -157,7 +153,7 @@ impl BlockTracer {
 
     /// From the exit face, where light arrives along `direction`, to the receiver.
     #[inline]
-    fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3, transmittance: f64) -> Path {
+    pub(super) fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3, transmittance: f64) -> Path {
         let ended = |end| Path::ended(end, transmittance);
         let (direction, passed) = match self.optics {
             Optics::Refracts { ior } => match refract(direction, normal, ior) {
@@ -182,7 +178,7 @@ impl BlockTracer {
 
     /// Where light leaves the glass, and the unit normal there.
     #[inline]
-    fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
+    pub(super) fn exit(&self, ray: &SearchRay) -> Result<(DVec3, DVec3), End> {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
             return if self.is_below(point.truncate()) {
@@ -238,7 +234,7 @@ impl BlockTracer {
 
     /// Whether light that has left the face at `point` hits the inner walls of a rim that stands above it.
     #[inline]
-    fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
+    pub(super) fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
         let Some(top) = self.block.rim_z_mm().filter(|&z| z > point.z) else { return false };
         let passes = (point + direction * ((top - point.z) / direction.z)).truncate();
         if !self.block.is_rectangular() {
@@ -262,7 +258,7 @@ impl BlockTracer {
 
     /// Whether a ray runs so much along the axis that it crosses the face once at most.
     #[inline]
-    fn is_steep(&self, direction: DVec3) -> bool {
+    pub(super) fn is_steep(&self, direction: DVec3) -> bool {
         direction.z.abs() > self.steepest * direction.truncate().length()
     }
 
@@ -272,7 +268,7 @@ impl BlockTracer {
         hit.crossing.weights.dot(DVec3::from_array(z))
     }
 
-    fn normal_above(&self, at: DVec2) -> DVec3 {
+    pub(super) fn normal_above(&self, at: DVec2) -> DVec3 {
         match &self.face {
             Face::Spline(spline) => {
                 let jet = spline.jet(at.x, at.y);
@@ -284,7 +280,7 @@ impl BlockTracer {
 
     /// The normal at a point of a triangle: its own, or interpolated.
     #[inline]
-    fn flat_normal(&self, hit: &Hit) -> DVec3 {
+    pub(super) fn flat_normal(&self, hit: &Hit) -> DVec3 {
         let nodes = self.nodes_of(hit).map(|(i, j)| j * self.block.nx + i);
         let w = hit.crossing.weights.to_array();
         match &self.face {
@@ -301,7 +297,7 @@ impl BlockTracer {
 
 /// Slopes between three nodes.
 #[inline(always)]
-fn mixed(slopes: &[DVec2], [a, b, c]: [usize; 3], [u, v, w]: [f64; 3]) -> DVec2 {
+pub(super) fn mixed(slopes: &[DVec2], [a, b, c]: [usize; 3], [u, v, w]: [f64; 3]) -> DVec2 {
     u * slopes[a] + v * slopes[b] + w * slopes[c]
 }
 

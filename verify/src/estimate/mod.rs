@@ -1,0 +1,13 @@
+//! What light draws on the receiver, by beams and by photons, and how well it is what was asked for.
+
+mod beams;
+mod brush;
+pub mod dispersion;
+mod film;
+mod flux;
+pub mod metrics;
+mod photons;
+
+pub use beams::{Beams, MOST_BEAMS, beams, facet_beams};
+pub use flux::Flux;
+pub use photons::{Agreement, NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, photons};

@@ -1,0 +1,14 @@
+//! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
+
+mod agreement;
+mod file;
+mod net;
+mod plan;
+mod shoot;
+mod tally;
+
+pub use agreement::{Agreement, NoisyError};
+pub use file::TallyError;
+pub use plan::{PhotonError, PhotonPlan};
+pub use shoot::photons;
+pub use tally::PhotonTally;
