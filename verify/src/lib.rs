@@ -24,7 +24,7 @@ mod estimate;
 mod image;
 pub mod load;
 mod mesh;
-pub mod picture;
+pub mod image_file;
 mod random;
 pub mod reference;
 mod scene;

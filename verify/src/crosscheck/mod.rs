@@ -21,12 +21,12 @@ mod povray;
 mod renderer;
 mod scripted;
 mod shaded;
-mod study;
-mod view;
+mod comparison;
+mod camera;
 
 pub use error::CrosscheckError;
 pub use image::{ImageAgreement, ImageLevel};
 pub use job::Job;
 pub use map::{Distances, Landings, MapAgreement, PERCENTILES};
 pub use renderer::Renderer;
-pub use study::Study;
+pub use comparison::Study;

@@ -1,7 +1,7 @@
 //! What light draws on the receiver, by beams and by photons, and how well it is what was asked for.
 
 mod beams;
-mod brush;
+mod rasteriser;
 pub mod dispersion;
 mod film;
 mod flux;

@@ -3,14 +3,14 @@
 mod error;
 mod light;
 mod optics;
-mod spread;
+mod extent;
 mod surface;
 mod window;
 
 pub use error::SceneError;
 pub use light::{BeamProfile, Emission, IntensityTable, Light};
 pub use optics::{Fresnel, Optics};
-pub use spread::Spread;
+pub use extent::Spread;
 pub use surface::{Geometry, Surface, Traversal};
 pub use window::Window;
 

@@ -3,7 +3,7 @@
 mod accel;
 mod block;
 mod facets;
-mod gate;
+mod reentry;
 mod illumination;
 mod path;
 mod receiver;

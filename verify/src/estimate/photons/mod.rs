@@ -2,7 +2,7 @@
 
 mod agreement;
 mod file;
-mod net;
+mod sobol;
 mod plan;
 mod shoot;
 mod tally;

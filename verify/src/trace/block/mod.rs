@@ -5,7 +5,7 @@ mod imperfect;
 mod lit;
 mod rows;
 mod search;
-mod supply;
+mod incident;
 mod tracer;
 mod walls;
 
