@@ -2,7 +2,7 @@
 //! to its size.
 
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{BlockError, Mesh, Placed, Scene, Tracer, Window, beams};
+use glasswarp_verify::{BlockError, Mesh, PlacedBlock, Scene, Tracer, Window, beams};
 use std::{
     f64::consts::TAU,
     time::{Duration, Instant},
@@ -66,7 +66,7 @@ fn time(mesh: &Mesh) -> (String, Duration) {
     for _ in 0..3 {
         let mesh = mesh.clone();
         let start = Instant::now();
-        let (what, tracer) = match Placed::find(mesh, None) {
+        let (what, tracer) = match PlacedBlock::find(mesh, None) {
             Ok(placed) => ("a block".into(), Tracer::for_block(&placed.block, &scene).ok()),
             Err(other) => match &other.1 {
                 BlockError::Unsound(report) => (report.to_string(), None),

@@ -150,7 +150,10 @@ fn circles_are_found_through_facades_globs_and_renames() {
         std::fs::write(path, text).unwrap();
     };
     write("lib.rs", "mod a; mod b; mod c; mod facade;");
-    write("a.rs", "use crate::facade::Inner as Renamed; pub struct A(Renamed); #[cfg(test)] mod tests { use crate::c::C; }");
+    write(
+        "a.rs",
+        "use crate::facade::Inner as Renamed; pub struct A(Renamed); #[cfg(test)] mod tests { use crate::c::C; }",
+    );
     write("b.rs", "use super::*; pub fn of() -> a::A { todo!() }");
     write("c.rs", "pub struct C; fn f() { println!(\"{}\", crate::b::of()) }");
     write("facade/mod.rs", "mod inner; pub use inner::Inner;");

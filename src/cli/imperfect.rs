@@ -26,7 +26,9 @@ use glasswarp::{
     },
     solver::Progress,
 };
-use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
+use glasswarp_verify::{
+    Geometry, Image, PhotonPlan, Scene, SourceExtent, UnbiasedError, metrics, metrics::Metrics, photons,
+};
 use serde::Deserialize;
 use std::{fmt, path::PathBuf, str::FromStr, sync::Arc};
 
@@ -89,7 +91,7 @@ impl From<SourceName> for SourceSize {
     }
 }
 
-impl From<SourceName> for Spread {
+impl From<SourceName> for SourceExtent {
     fn from(name: SourceName) -> Self {
         match name {
             SourceName::Angle(angle) => Self::AngularDisc { radius: 0.5 * angle.radians() },
@@ -290,7 +292,7 @@ pub(crate) struct Seen {
     pub(crate) wanted: Image,
     pub(crate) metrics: Metrics,
     /// Without the noise of the photons; none if there are none.
-    error: Option<NoisyError>,
+    error: Option<UnbiasedError>,
     /// Of the image, in means.
     noise: f64,
     photons: u64,
@@ -382,7 +384,7 @@ fn has_spread(settings: &Settings) -> bool {
 /// A bench with the light and the face that there are, as photons see them.
 pub(crate) fn spread(scene: Scene, settings: &Settings) -> Scene {
     Scene {
-        spread: settings.source_size.map_or(Spread::None, Spread::from),
+        source_extent: settings.source_size.map_or(SourceExtent::None, SourceExtent::from),
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }

@@ -4,8 +4,8 @@ use super::{console::say, error::Failure, json};
 use glam::DVec2;
 use glasswarp::{grid::Field, irradiance::to_picture_order};
 use glasswarp_verify::{
-    Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally,
-    Scene, Surface, Tracer, Traversal, beams, facet_beams,
+    Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, PhotonAgreement, PhotonPlan, PhotonTally, Scene,
+    Surface, Tracer, Traversal, UnbiasedError, beams, facet_beams,
     load::{self, LoadError},
     metrics::{self, Likeness, Metrics},
     photons,
@@ -222,9 +222,9 @@ pub(crate) struct Judgement {
     /// Number of photons.
     pub(crate) photon_count: u64,
     /// The photons' image against that of the beams, less their noise.
-    pub(crate) between: NoisyError,
+    pub(crate) between: UnbiasedError,
     /// Whether the photons see what the beams see.
-    pub(crate) agreement: Agreement,
+    pub(crate) agreement: PhotonAgreement,
     /// The comparison with the target, if there is one.
     pub(crate) verdict: Option<Verdict>,
     window_mm: DVec2,
@@ -235,7 +235,7 @@ pub(crate) struct Verdict {
     /// The error of the caustic.
     pub(crate) metrics: Metrics,
     /// The photons' own opinion of the relative RMS error, less their noise.
-    pub(crate) photons: NoisyError,
+    pub(crate) photons: UnbiasedError,
 }
 
 /// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
@@ -273,7 +273,12 @@ pub(crate) fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -
 
 /// Whether photons see what beams see. Beams have a width, which very many photons can tell: where they seem to disagree, beams
 /// of half the width say how much of it is that.
-fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &PhotonTally) -> Result<Agreement, Failure> {
+fn agreement(
+    subject: &Subject,
+    examiner: &Examiner,
+    seen: &Image,
+    tally: &PhotonTally,
+) -> Result<PhotonAgreement, Failure> {
     let against = |image: &Image| tally.agreement(image).map_err(Failure::refused);
     let first = against(seen)?;
     if first.standard_errors() <= DISAGREEMENT {
@@ -283,7 +288,7 @@ fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &Photo
     let finer = examiner.look_by(subject, surface, Geometry::Displaced, 2 * BEAMS_PER_PIXEL)?.image;
     let second = against(&finer)?;
     let width = metrics::rel_rms(&finer, seen).map_err(Failure::refused)?.powi(2);
-    Ok(Agreement { standard_error: second.standard_error.hypot(width), ..second })
+    Ok(PhotonAgreement { standard_error: second.standard_error.hypot(width), ..second })
 }
 
 /// Standard errors beyond which photons and beams do not show the same light: chance gets there once in 16 000 runs.

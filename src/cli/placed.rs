@@ -7,7 +7,9 @@ use super::{
     side_file::{BenchRecord, SideFile},
 };
 use glam::{DVec3, EulerRot, Vec2Swizzles};
-use glasswarp_verify::{Block, BlockError, Geometry, Image, Mesh, Placed, Placement, Scene, Stand, Surface, Traversal};
+use glasswarp_verify::{
+    Block, BlockError, ExpectedPose, Geometry, Image, Mesh, PlacedBlock, Placement, Scene, Surface, Traversal,
+};
 use std::path::Path;
 
 /// How a file's coordinates are understood.
@@ -30,8 +32,8 @@ pub(crate) struct Opened {
     /// What does not fit, but for its place.
     suspicions: Vec<String>,
     /// A block that did not stand as it should, before it is known which way up its picture is.
-    moved: Option<Box<Placed>>,
-    stand: Option<Stand>,
+    moved: Option<Box<PlacedBlock>>,
+    stand: Option<ExpectedPose>,
     origin: DVec3,
 }
 
@@ -94,22 +96,26 @@ pub(crate) fn open_block(
 }
 
 /// Where a side file has its block, and from where the coordinates of this file of it are counted.
-fn expected(path: &Path, side: Option<&SideFile>) -> (Option<Stand>, DVec3) {
-    let stand = |side: &SideFile| Stand { face_mm: side.bench.face_mm(), entry_z_mm: side.bench.entry_z_mm };
+fn expected(path: &Path, side: Option<&SideFile>) -> (Option<ExpectedPose>, DVec3) {
+    let stand = |side: &SideFile| ExpectedPose { face_mm: side.bench.face_mm(), entry_z_mm: side.bench.entry_z_mm };
     (side.map(stand), side.map_or(DVec3::ZERO, |side| side.origin_of(path)))
 }
 
 /// The block of a file, where it belongs or as it stands; or what else the file holds, and why that is no block.
-fn find(path: &Path, side: Option<&SideFile>, placing: Placing) -> Result<Result<Placed, (Mesh, BlockError)>, Failure> {
+fn find(
+    path: &Path,
+    side: Option<&SideFile>,
+    placing: Placing,
+) -> Result<Result<PlacedBlock, (Mesh, BlockError)>, Failure> {
     let (stand, origin) = expected(path, side);
     let mesh = judge::read(path)?.moved(origin);
     if placing.as_placed {
         return Ok(match Block::from_mesh(&mesh) {
-            Ok(block) => Ok(Placed { mesh, block, placement: Placement::NONE }),
+            Ok(block) => Ok(PlacedBlock { mesh, block, placement: Placement::NONE }),
             Err(error) => Err((mesh, error)),
         });
     }
-    let placed = Placed::find(mesh, stand.as_ref());
+    let placed = PlacedBlock::find(mesh, stand.as_ref());
     if let (Ok(placed), Some(side)) = (&placed, side) {
         refuse_other_units(&placed.block, &side.bench, path)?;
     }
@@ -117,7 +123,7 @@ fn find(path: &Path, side: Option<&SideFile>, placing: Placing) -> Result<Result
 }
 
 /// By how many quarters a block is to be turned on so that its picture is nearest to the target.
-fn best_way_up(placed: &Placed, stand: Option<&Stand>, scene: &Scene, target: &Image) -> u32 {
+fn best_way_up(placed: &PlacedBlock, stand: Option<&ExpectedPose>, scene: &Scene, target: &Image) -> u32 {
     let size = placed.block.size_mm();
     let is_square = (size.x / size.y - 1.0).abs() < 1e-3;
     let examiner = Examiner::new(Scene { traversal: Traversal::Grid, ..scene.clone() }, Some(target), COARSE);
@@ -167,7 +173,7 @@ fn shortest(value: f64) -> f64 {
 }
 
 /// What it took to bring a block where it belongs, and what does the same to its file. `None` for nothing.
-fn in_words(path: &Path, placed: &Placed, origin: DVec3, has_side_file: bool) -> Option<String> {
+fn in_words(path: &Path, placed: &PlacedBlock, origin: DVec3, has_side_file: bool) -> Option<String> {
     let Placement { inside_out, turn, shift_mm } = placed.placement;
     let name = path.display();
     let mut said = Vec::new();

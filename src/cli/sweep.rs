@@ -18,7 +18,7 @@ use glasswarp::{
     report::{self, Curve},
     solver::Silent,
 };
-use glasswarp_verify::{Geometry, Image, Scene, Surface, metrics, picture};
+use glasswarp_verify::{Geometry, Image, Scene, Surface, image_file, metrics};
 use std::{
     borrow::Cow,
     fmt::Write as _,
@@ -350,7 +350,7 @@ impl Output {
                         VIEWS.iter().zip(&point.views).map(move |((view, ..), seen)| (name(view), &seen.image))
                     })
                     .collect();
-                picture::write_exr_layers(path, &layers).map_err(Failure::writing)
+                image_file::write_exr_layers(path, &layers).map_err(Failure::writing)
             }
             Self::Png => {
                 let through = |name: &str, y: &dyn Fn(&Point) -> f64| Curve {

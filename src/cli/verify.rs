@@ -28,7 +28,7 @@ use super::{
 use clap::{Args, Subcommand, ValueEnum};
 use glam::DVec2;
 use glasswarp::{irradiance::Transfer, report::Exposure, solver::Progress};
-use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
+use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, image_file};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -239,13 +239,8 @@ fn look(block: &Path, args: &LookArgs) -> Result<(), Failure> {
     let examiner =
         Examiner::new(scene.clone(), target, args.pixels as usize).seeing(args.surface.map(Surface::from), fresnel);
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
-    let plan = PhotonPlan {
-        photons: args.photons,
-        seed: args.seed,
-        replicates: args.replicates,
-        shard: shard.index,
-        shards: shard.of,
-    };
+    let plan =
+        PhotonPlan::new(args.photons, args.seed).with_replicates(args.replicates).with_shard(shard.index, shard.of);
     for warning in &warnings {
         console::warn(warning);
     }
@@ -484,8 +479,8 @@ impl IrradianceFile {
     /// Writes an image; in a PNG `peak` becomes white.
     pub(crate) fn write(&self, path: &Path, image: &Image, peak: f64) -> Result<(), Failure> {
         let written = match self {
-            Self::Exr => picture::write_exr(path, image),
-            Self::Png => picture::write_png(path, image, peak),
+            Self::Exr => image_file::write_exr(path, image),
+            Self::Png => image_file::write_png(path, image, peak),
         };
         written.map_err(Failure::writing)
     }

@@ -7,7 +7,7 @@ use glasswarp::materials::{self, D_LINE_NM, Material};
 use glasswarp_verify::{
     Optics, Scene,
     dispersion::{Dispersed, Fringing, LINES_NM, disperse},
-    picture,
+    image_file,
 };
 use serde::{Deserialize, Deserializer};
 use std::{fmt, path::Path, str::FromStr};
@@ -100,8 +100,8 @@ pub(crate) fn look(
     let Dispersed { rgb, fringing, .. } = disperse(block, scene, &index, beams).map_err(Failure::refused)?;
     let peak = rgb.iter().flat_map(|image| &image.values).copied().fold(0.0, f64::max);
     let written = match format {
-        IrradianceFile::Png => picture::write_rgb_png(output, &rgb, peak),
-        IrradianceFile::Exr => picture::write_rgb_exr(output, &rgb),
+        IrradianceFile::Png => image_file::write_rgb_png(output, &rgb, peak),
+        IrradianceFile::Exr => image_file::write_rgb_exr(output, &rgb),
     };
     written.map_err(Failure::writing)?;
     let designed = settings.and_then(|settings| settings.wavelength).map_or(D_LINE_NM, |wavelength| wavelength.nm);

@@ -161,7 +161,8 @@ impl Sources {
             }
             self.resolve(from, &path, depth + 1)
         };
-        let (named, all): (Vec<&Import>, Vec<&Import>) = module.imports.iter().partition(|import| import.name.is_some());
+        let (named, all): (Vec<&Import>, Vec<&Import>) =
+            module.imports.iter().partition(|import| import.name.is_some());
         named.into_iter().find_map(follow).or_else(|| all.into_iter().find_map(follow))
     }
 

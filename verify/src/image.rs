@@ -1,6 +1,7 @@
 //! A picture of irradiance: the one type that light, film, metrics and pictures share.
 
-/// Irradiance in picture order: row 0 is the top of the picture (greatest y), column 0 its left (greatest x).
+/// Irradiance in picture order: row 0 is the top of the picture (greatest y), column 0 its left
+/// (greatest x).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     /// Columns.

@@ -14,7 +14,8 @@ use std::{
 
 /// Why a picture was not written. No partial file is left behind.
 #[derive(Debug, thiserror::Error)]
-pub enum PictureError {
+#[non_exhaustive]
+pub enum ImageFileError {
     /// The file cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
@@ -54,17 +55,18 @@ pub(crate) fn read_exr_layer(bytes: &[u8]) -> exr::error::Result<Layer<AnyChanne
 /// Writes an image as OpenEXR: one channel `Y` of 32-bit floats, linear.
 ///
 /// # Errors
-/// See [`PictureError`].
-pub fn write_exr(path: &Path, image: &Image) -> Result<(), PictureError> {
+/// See [`ImageFileError`].
+pub fn write_exr(path: &Path, image: &Image) -> Result<(), ImageFileError> {
     write_exr_layers(path, &[("irradiance".to_owned(), image)])
 }
 
-/// Writes named images as the layers of one OpenEXR file, each with a channel `Y` of 32-bit floats, linear.
+/// Writes named images as the layers of one OpenEXR file, each with a channel `Y` of 32-bit floats,
+/// linear.
 ///
 /// # Errors
-/// See [`PictureError`]; a name that is too long or not of the Latin alphabet cannot be encoded.
-pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), PictureError> {
-    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+/// See [`ImageFileError`]; a name that is too long or not of the Latin alphabet cannot be encoded.
+pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), ImageFileError> {
+    let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
     let layers: Vec<_> = images
         .iter()
         .map(|(name, image)| {
@@ -78,7 +80,7 @@ pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), 
                 AnyChannels::sort(std::iter::once(channel).collect()),
             ))
         })
-        .collect::<Result<_, PictureError>>()?;
+        .collect::<Result<_, ImageFileError>>()?;
     let window = images.iter().fold((0, 0), |(nx, ny), (_, image)| (nx.max(image.nx), ny.max(image.ny)));
     let mut bytes = std::io::Cursor::new(Vec::new());
     exr::prelude::Image::from_layers(ImageAttributes::with_size(window), layers)
@@ -88,12 +90,13 @@ pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), 
     write_whole(path, bytes.get_ref())
 }
 
-/// Writes an image as a 16-bit grey PNG, linear: `white` becomes 65535, and what is brighter is cut off.
+/// Writes an image as a 16-bit grey PNG, linear: `white` becomes 65535, and what is brighter is cut
+/// off.
 ///
 /// # Errors
-/// See [`PictureError`].
-pub fn write_png(path: &Path, image: &Image, white: f64) -> Result<(), PictureError> {
-    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+/// See [`ImageFileError`].
+pub fn write_png(path: &Path, image: &Image, white: f64) -> Result<(), ImageFileError> {
+    let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
     if !(white.is_finite() && white > 0.0) {
         return Err(failed(format!("white is {white}; it must be positive and finite")));
     }
@@ -112,9 +115,9 @@ pub fn write_png(path: &Path, image: &Image, white: f64) -> Result<(), PictureEr
 /// Writes red, green and blue as OpenEXR: 32-bit floats, linear.
 ///
 /// # Errors
-/// See [`PictureError`]; images of different sizes.
-pub fn write_rgb_exr(path: &Path, [red, green, blue]: &[Image; 3]) -> Result<(), PictureError> {
-    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+/// See [`ImageFileError`]; images of different sizes.
+pub fn write_rgb_exr(path: &Path, [red, green, blue]: &[Image; 3]) -> Result<(), ImageFileError> {
+    let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
     let size = one_size([red, green, blue]).ok_or_else(|| failed("the colours are of different sizes".into()))?;
     let pixel = |at: exr::prelude::Vec2<usize>| {
         let value = |image: &Image| image.values[at.y() * image.nx + at.x()] as f32;
@@ -128,13 +131,13 @@ pub fn write_rgb_exr(path: &Path, [red, green, blue]: &[Image; 3]) -> Result<(),
     write_whole(path, bytes.get_ref())
 }
 
-/// Writes red, green and blue as a 16-bit PNG with the curve of sRGB, for screens: `white` becomes 65535; what is brighter, or
-/// negative, is cut off.
+/// Writes red, green and blue as a 16-bit PNG with the curve of sRGB, for screens: `white` becomes
+/// 65535; what is brighter, or negative, is cut off.
 ///
 /// # Errors
-/// See [`PictureError`]; images of different sizes.
-pub fn write_rgb_png(path: &Path, rgb: &[Image; 3], white: f64) -> Result<(), PictureError> {
-    let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+/// See [`ImageFileError`]; images of different sizes.
+pub fn write_rgb_png(path: &Path, rgb: &[Image; 3], white: f64) -> Result<(), ImageFileError> {
+    let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
     if !(white.is_finite() && white > 0.0) {
         return Err(failed(format!("white is {white}; it must be positive and finite")));
     }
@@ -164,7 +167,7 @@ fn one_size(images: [&Image; 3]) -> Option<(usize, usize)> {
 }
 
 /// Writes bytes as a file that appears whole or not at all.
-pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), PictureError> {
+pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ImageFileError> {
     Ok(write_atomically(path, |out| out.write_all(bytes))?)
 }
 
@@ -200,7 +203,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_written_is_an_error() {
-        assert!(matches!(write_png(Path::new("/nowhere/at/all.png"), &letter(), 1.0), Err(PictureError::Write(_))));
-        assert!(matches!(write_png(Path::new("x.png"), &letter(), 0.0), Err(PictureError::Encode { .. })));
+        assert!(matches!(write_png(Path::new("/nowhere/at/all.png"), &letter(), 1.0), Err(ImageFileError::Write(_))));
+        assert!(matches!(write_png(Path::new("x.png"), &letter(), 0.0), Err(ImageFileError::Encode { .. })));
     }
 }

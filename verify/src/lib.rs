@@ -8,23 +8,26 @@
 //!
 //! # Frame
 //!
-//! Millimetres; light travels `+z`; the entry face is planar at the least z; the exit face is `z = h(x, y)` with its mean at 0;
-//! the receiver is the plane `z = distance`. The picture is seen on the receiver from the block's side: its left is `+x`, its
-//! top is `+y`, and images here are in the order of pictures, row 0 on top.
+//! Millimetres; light travels `+z`; the entry face is planar at the least z; the exit face is
+//! `z = h(x, y)` with its mean at 0; the receiver is the plane `z = distance`. The picture is seen
+//! on the receiver from the block's side: its left is `+x`, its top is `+y`, and images here are in
+//! the order of pictures, row 0 on top.
 //!
 //! # Guarantees
 //!
 //! - No ray is lost between two triangles, at an edge or at a vertex of a sound solid.
-//! - Power is booked in integers: it adds up to what was sent out, and every result is the same for any number of threads.
-//! - Hit points, normals, refraction and landing points are computed in f64; f32 only proposes candidate triangles.
+//! - Power is counted in integers: it adds up to what was sent out, and every result is the same
+//!   for any number of threads.
+//! - Hit points, normals, refraction and landing points are computed in f64; f32 only proposes
+//!   candidate triangles.
 
 mod block;
 pub mod crosscheck;
 mod estimate;
 mod image;
+pub mod image_file;
 pub mod load;
 mod mesh;
-pub mod image_file;
 mod random;
 pub mod reference;
 mod scene;
@@ -32,15 +35,15 @@ pub mod solid;
 mod spline;
 mod trace;
 
-pub use block::{Block, BlockError, Placed, Placement, Stand};
+pub use self::image::Image;
+pub use block::{Block, BlockError, ExpectedPose, PlacedBlock, Placement};
 pub use estimate::{
-    Agreement, Beams, Flux, MOST_BEAMS, NoisyError, PhotonError, PhotonPlan, PhotonTally, TallyError, beams,
+    Beams, Flux, MOST_BEAMS, PhotonAgreement, PhotonError, PhotonPlan, PhotonTally, TallyError, UnbiasedError, beams,
     dispersion, facet_beams, metrics, photons,
 };
-pub use self::image::Image;
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};
 pub use scene::{
-    BeamProfile, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError, Spread, Surface,
+    BeamProfile, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError, SourceExtent, Surface,
     Traversal, Window,
 };
-pub use trace::{End, Path, Tracer};
+pub use trace::{End, RayPath, Tracer};

@@ -4,7 +4,8 @@ use glam::{DMat3, DVec2, DVec3};
 
 /// A triangle mesh in the frame of the block: millimetres, light along `+z`.
 ///
-/// Vertices are unique by position, so that neighbouring triangles share indices whatever the file did.
+/// Vertices are unique by position, so that neighbouring triangles share indices whatever the file
+/// did.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// Positions, mm.
@@ -17,8 +18,8 @@ pub struct Mesh {
     pub trimmed: Option<Box<TrimmedFace>>,
 }
 
-/// A face that a file holds as one surface, known within its outline and beyond: the not-a-knot bicubic spline through heights on a
-/// rectangle, cut out by a closed curve.
+/// A face that a file holds as one surface, known within its outline and beyond: the not-a-knot
+/// bicubic spline through heights on a rectangle, cut out by a closed curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrimmedFace {
     /// Least x and y of the rectangle, mm.
@@ -35,7 +36,8 @@ pub struct TrimmedFace {
     pub rim_z_mm: Option<f64>,
 }
 
-/// Normals of the corners of every triangle: a vertex on an edge of the block has one for each face.
+/// Normals of the corners of every triangle: a vertex on an edge of the block has one for each
+/// face.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CornerNormals {
     /// Directions, of about unit length.
@@ -90,7 +92,8 @@ impl Mesh {
         self.triangles.iter_mut().chain(corners).for_each(|[_, b, c]| std::mem::swap(b, c));
     }
 
-    /// Enclosed volume, mm³; negative where the triangles face inwards. Exact to rounding for any closed mesh.
+    /// Enclosed volume, mm³; negative where the triangles face inwards. Exact to rounding for any
+    /// closed mesh.
     pub fn volume_mm3(&self) -> f64 {
         // About a point of the mesh, so that a block far from the origin loses no digits.
         let Some(&origin) = self.vertices.first() else { return 0.0 };

@@ -3,9 +3,10 @@
 use glam::DVec2;
 use std::f64::consts::TAU;
 
-/// Random numbers of one photon, besides the two that the net gives it: any number of them, always the same.
+/// Random numbers of one photon, besides the two that the net gives it: any number of them, always
+/// the same.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Dice {
+pub(crate) struct PhotonRandom {
     /// Of the replicate.
     pub(crate) key: u64,
     /// Number of the photon.
@@ -14,24 +15,24 @@ pub(crate) struct Dice {
 
 /// What a pair of random numbers is for.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Draw {
+pub(crate) enum Purpose {
     Light = 1,
     Finish = 2,
 }
 
-impl Dice {
+impl PhotonRandom {
     /// Two independent numbers between 0 and 1, never 0.
-    pub(crate) fn pair(&self, draw: Draw) -> [f64; 2] {
+    pub(crate) fn pair(&self, purpose: Purpose) -> [f64; 2] {
         let photon = mix(self.key ^ mix(self.photon));
         [0, 1].map(|k| {
-            let bits = mix(photon ^ mix(2 * draw as u64 + k));
+            let bits = mix(photon ^ mix(2 * purpose as u64 + k));
             ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
         })
     }
 
     /// Two independent normal deviates (Box and Muller).
-    pub(crate) fn normal_pair(&self, draw: Draw) -> DVec2 {
-        let [u, v] = self.pair(draw);
+    pub(crate) fn normal_pair(&self, purpose: Purpose) -> DVec2 {
+        let [u, v] = self.pair(purpose);
         (-2.0 * u.ln()).sqrt() * DVec2::from_angle(TAU * v)
     }
 }

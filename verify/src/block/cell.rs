@@ -9,7 +9,8 @@ pub(crate) enum Diagonal {
     Falling,
 }
 
-/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen from the receiver.
+/// Three of the corners of a cell, numbered as [`corners`] lists them; counter-clockwise as seen
+/// from the receiver.
 pub(crate) type Half = [usize; 3];
 
 /// The nodes (column, row) of the corners of a cell, going round.

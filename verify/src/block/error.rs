@@ -4,10 +4,11 @@ use crate::solid;
 
 /// Why a mesh is not such a block.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BlockError {
     /// The surface is not closed, not oriented, or not sound in another way.
     #[error("the solid is not sound: {0}")]
-    Unsound(solid::Report),
+    Unsound(solid::Soundness),
     /// There is nothing to stand on.
     #[error(
         "no planar entry face: only {triangles} triangles lie in the plane z = {z_mm} mm, with {area_mm2:.1} mm2 of {needed_mm2:.1} mm2"

@@ -1,4 +1,5 @@
-//! A block with another face than that of its file: worked on, thicker, or known better than by its heights.
+//! A block with another face than that of its file: worked on, thicker, or known better than by its
+//! heights.
 
 use super::{
     error::BlockError,
@@ -9,8 +10,9 @@ use rayon::prelude::*;
 use std::sync::Arc;
 
 impl Block {
-    /// The same block with an exit face of `nx` by `ny` nodes at these heights over the same plan: mm in the block's own frame, row-major, rows
-    /// along `+y`. Entry face, walls, rim and outline stay where they are.
+    /// The same block with an exit face of `nx` by `ny` nodes at these heights over the same plan:
+    /// mm in the block's own frame, row-major, rows along `+y`. Entry face, walls, rim and outline
+    /// stay where they are.
     ///
     /// # Errors
     /// Those of [`from_heights`](Self::from_heights).
@@ -28,21 +30,29 @@ impl Block {
         Ok(self)
     }
 
-    /// The same block with slopes at its nodes (mm per mm), which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose
-    /// slopes jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
+    /// The same with slopes at the nodes besides (mm per mm), which
+    /// [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose slopes jump, as
+    /// between the rows of a cutter, they are known better than any spline through the heights
+    /// tells them.
     ///
     /// # Errors
-    /// [`BlockError::Grid`] for another number of slopes, or one that is not finite.
-    pub fn with_slopes(mut self, slopes: Vec<DVec2>) -> Result<Self, BlockError> {
-        if slopes.len() != self.heights.len() {
-            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), self.heights.len()) });
+    /// Those of [`with_face`](Self::with_face), another number of slopes, or one that is not
+    /// finite.
+    pub fn with_sloped_face(
+        self,
+        nodes: (usize, usize),
+        heights: Vec<f64>,
+        slopes: Vec<DVec2>,
+    ) -> Result<Self, BlockError> {
+        let face = self.with_face(nodes, heights)?;
+        if slopes.len() != face.heights.len() {
+            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), face.heights.len()) });
         }
         if let Some(k) = slopes.iter().position(|slope| !slope.is_finite()) {
-            let (i, j) = (k % self.nx, k / self.nx);
+            let (i, j) = (k % face.nx, k / face.nx);
             return Err(BlockError::Grid { why: format!("the slope at column {i}, row {j} is {}", slopes[k]) });
         }
-        self.slopes = Some(Arc::new(slopes));
-        Ok(self)
+        Ok(Self { slopes: Some(Arc::new(slopes)), ..face })
     }
 
     /// The same block with its entry face at `entry_z_mm`.
@@ -55,7 +65,8 @@ impl Block {
         Ok(self)
     }
 
-    /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where nothing else holds on to them.
+    /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where
+    /// nothing else holds on to them.
     pub fn into_heights_mm(self) -> Vec<f64> {
         Arc::try_unwrap(self.heights).unwrap_or_else(|shared| shared.to_vec())
     }
@@ -97,10 +108,11 @@ mod tests {
         assert!(plain.clone().with_entry_z(0.0).is_err());
         assert_eq!(plain.clone().into_heights_mm(), ramp);
         let slopes = vec![DVec2::new(0.1, 0.0); 77];
-        let normals = node_normals(&plain.clone().with_slopes(slopes.clone()).unwrap());
+        let sloped = |slopes: Vec<DVec2>| plain.clone().with_sloped_face((11, 7), ramp.clone(), slopes);
+        let normals = node_normals(&sloped(slopes.clone()).unwrap());
         assert!((normals[3] - DVec3::new(-0.1, 0.0, 1.0).normalize()).length() < 1e-15);
         assert!((node_normals(&plain)[3] - normals[3]).length() < 1e-12);
-        assert!(plain.clone().with_slopes(slopes[1..].to_vec()).is_err());
-        assert!(plain.with_slopes(vec![DVec2::NAN; 77]).is_err());
+        assert!(sloped(slopes[1..].to_vec()).is_err());
+        assert!(sloped(vec![DVec2::NAN; 77]).is_err());
     }
 }

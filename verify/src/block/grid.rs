@@ -4,12 +4,12 @@ use super::{cell::Diagonal, error::BlockError, outline::wall_tops};
 use crate::{mesh::Mesh, spline::Bicubic};
 use glam::{DVec2, DVec3};
 
-/// Nodes may miss the regular grid by this part of the spacing: f32 rounding takes up to 1e-3 on a fine grid, and text with few
-/// digits a little more.
+/// Nodes may miss the regular grid by this part of the spacing: f32 rounding takes up to 1e-3 on a
+/// fine grid, and text with few digits a little more.
 const GRID_TOLERANCE: f64 = 0.02;
 
 /// The vertices of an exit face and their lines.
-pub(super) struct Grid {
+pub(super) struct VertexGrid {
     pub(super) exit: Vec<u32>,
     pub(super) lo: DVec2,
     pub(super) hi: DVec2,
@@ -17,7 +17,7 @@ pub(super) struct Grid {
     pub(super) ny: usize,
 }
 
-impl Grid {
+impl VertexGrid {
     /// Demands that these vertices are a regular grid, as seen from above.
     pub(super) fn over(mesh: &Mesh, exit: Vec<u32>) -> Result<Self, BlockError> {
         let at = |v: u32| mesh.vertices[v as usize].truncate();
@@ -36,9 +36,13 @@ impl Grid {
         Ok(Self { exit, lo, hi, nx, ny })
     }
 
-    /// Demands that these vertices are a regular grid but for those where the walls end, which go around it; returns the grid
-    /// that reaches around them, too, and them.
-    pub(super) fn within(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, above: &[u32]) -> Result<(Self, Vec<DVec3>), BlockError> {
+    /// Demands that these vertices are a regular grid but for those where the walls end, which go
+    /// around it; returns the grid that reaches around them, too, and them.
+    pub(super) fn within(
+        mesh: &Mesh,
+        in_entry: impl Fn(u32) -> bool,
+        above: &[u32],
+    ) -> Result<(Self, Vec<DVec3>), BlockError> {
         let tops = wall_tops(mesh, in_entry);
         let (around, exit): (Vec<u32>, Vec<u32>) = above.iter().partition(|&&v| tops[v as usize]);
         let bounds = |vertices: &[u32]| {
@@ -76,7 +80,8 @@ impl Grid {
     }
 }
 
-/// By how much of a spacing an outline may miss the lines of the grid that touch it, and the most lines between it and the nodes.
+/// By how much of a spacing an outline may miss the lines of the grid that touch it, and the most
+/// lines between it and the nodes.
 const OUTLINE_TOLERANCE: f64 = 0.05;
 const MOST_BEYOND: f64 = 8.0;
 /// One in so many nodes of a grid is within the outline at least, of more than a few.
@@ -104,7 +109,8 @@ fn lines(
     let positions = exit.iter().map(|&v| (coordinate(mesh.vertices[v as usize]) - lower) / size);
     let mut at: Vec<f64> = positions.filter(&mut is_new).collect();
     at.sort_unstable_by(f64::total_cmp);
-    // Within a line coordinates differ by rounding only. The gap separates up to 50 000 lines from f32 noise.
+    // Within a line coordinates differ by rounding only. The gap separates up to 50 000 lines from
+    // f32 noise.
     at.dedup_by(|b, a| *b - *a < 1e-5);
     let count = at.len();
     if count < Bicubic::LEAST_NODES {
@@ -132,8 +138,8 @@ pub(super) fn cells(
     nx: usize,
     ny: usize,
 ) -> Result<(Vec<Diagonal>, Option<Vec<DVec3>>), BlockError> {
-    // For every cell the corner which each triangle leaves out, as a set of bits: one triangle of each cut has both of
-    // two opposite bits.
+    // For every cell the corner which each triangle leaves out, as a set of bits: one triangle of
+    // each cut has both of two opposite bits.
     let mut missing = vec![0u8; (nx - 1) * (ny - 1)];
     let mut normals = mesh.normals.as_ref().map(|_| vec![DVec3::ZERO; nx * ny]);
     for (k, triangle) in mesh.triangles.iter().enumerate() {
@@ -172,7 +178,8 @@ pub(super) fn cells(
         .iter()
         .enumerate()
         .map(|(cell, &bits)| match bits {
-            // Corner 1 is (+x, 0), corner 2 is (0, +y): leaving these out in turn, the cut joins the other two.
+            // Corner 1 is (+x, 0), corner 2 is (0, +y): leaving these out in turn, the cut joins
+            // the other two.
             0b0110 => Ok(Diagonal::Rising),
             0b1001 => Ok(Diagonal::Falling),
             _ if !is_whole(cell) => Ok(Diagonal::Rising),

@@ -1,4 +1,5 @@
-//! A block of glass in a mesh: what makes it one, how it stands, and what is known of its exit face.
+//! A block of glass in a mesh: what makes it one, how it stands, and what is known of its exit
+//! face.
 
 mod cell;
 mod error;
@@ -13,5 +14,5 @@ mod shading;
 pub(crate) use cell::{Diagonal, Half, corners, halves};
 pub use error::BlockError;
 pub use model::Block;
-pub use placement::{Placed, Placement, Stand};
+pub use placement::{ExpectedPose, PlacedBlock, Placement};
 pub(crate) use shading::node_normals;

@@ -1,6 +1,7 @@
-//! A block as the verifier knows it: an entry plane, an exit face over a regular grid, an outline, perhaps a rim.
+//! A block as the verifier knows it: an entry plane, an exit face over a regular grid, an outline,
+//! perhaps a rim.
 
-use super::{cell::Diagonal, error::BlockError, outline::Border};
+use super::{cell::Diagonal, error::BlockError, outline::Outline};
 use crate::spline::Bicubic;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -29,19 +30,21 @@ pub struct Block {
     /// The plane around the exit face, mm, if there is one.
     pub(super) rim_z: Option<f64>,
     /// The curve around the exit face, if that is no rectangle.
-    pub(super) border: Option<Arc<Border>>,
+    pub(super) border: Option<Arc<Outline>>,
     /// Least and greatest corner of the entry face, mm.
     pub(super) entry_face: (DVec2, DVec2),
     /// The curve around an entry face that is neither a rectangle nor the plan of the exit face.
-    pub(super) entry_border: Option<Arc<Border>>,
+    pub(super) entry_outline: Option<Arc<Outline>>,
 }
 
 impl Block {
-    /// A block of this size (mm, centred on the axis) whose exit face has `nx` by `ny` nodes at these heights (mm, row-major: rows along `+y`), and whose entry face
-    /// is at `entry_z_mm`: what [`from_mesh`](Self::from_mesh) makes of such a solid, without the mesh.
+    /// A block of this size (mm, centred on the axis) whose exit face has `nx` by `ny` nodes at
+    /// these heights (mm, row-major: rows along `+y`), and whose entry face is at `entry_z_mm`:
+    /// what [`from_mesh`](Self::from_mesh) makes of such a solid, without the mesh.
     ///
     /// # Errors
-    /// [`BlockError::Grid`] for fewer than 4 nodes along a side, another number of heights, or a height that is not above the entry face.
+    /// [`BlockError::Grid`] for fewer than 4 nodes along a side, another number of heights, or a
+    /// height that is not above the entry face.
     pub fn from_heights(
         size_mm: DVec2,
         entry_z_mm: f64,
@@ -70,12 +73,12 @@ impl Block {
             rim_z: None,
             border: None,
             entry_face: (lower, upper),
-            entry_border: None,
+            entry_outline: None,
         })
     }
 
-    /// The same block with an entry face of another size: with glass around the exit face by which oblique light can come to all of
-    /// it, as a rim lower than the face has.
+    /// The same block with an entry face of another size: with glass around the exit face by which
+    /// oblique light can come to all of it, as a rim lower than the face has.
     ///
     /// # Errors
     /// [`BlockError::Grid`] for an entry face that does not reach under all of the exit face.
@@ -90,7 +93,8 @@ impl Block {
         Ok(self)
     }
 
-    /// The same block with the spline through its nodes at hand, for all tracers that will be made of it.
+    /// The same block with the spline through its nodes at hand, for all tracers that will be made
+    /// of it.
     #[must_use]
     pub fn with_spline(mut self) -> Self {
         self.spline = Some(self.spline());
@@ -104,13 +108,15 @@ impl Block {
         self.spline.clone().unwrap_or_else(through)
     }
 
-    /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it continue the face.
+    /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it
+    /// continue the face.
     ///
     /// # Errors
-    /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen from it.
+    /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen
+    /// from it.
     pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
         let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
-        let mut border = Border::new(around, Vec::new()).ok_or_else(refused)?;
+        let mut border = Outline::new(around, Vec::new()).ok_or_else(refused)?;
         border.known =
             (0..self.heights.len()).map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
         self.border = Some(Arc::new(border));
@@ -127,7 +133,8 @@ impl Block {
         (self.nx, self.ny)
     }
 
-    /// The plane of the rim around the exit face, mm, if there is one. Light that would hit a rim above the face ends there.
+    /// The plane of the rim around the exit face, mm, if there is one. Light that would hit a rim
+    /// above the face ends there.
     pub fn rim_z_mm(&self) -> Option<f64> {
         self.rim_z
     }
@@ -147,8 +154,8 @@ impl Block {
         self.entry_face
     }
 
-    /// Whether the exit face is a rectangle. Else its outline is a polygon of the file's vertices, and nodes beyond it carry heights that
-    /// continue the face.
+    /// Whether the exit face is a rectangle. Else its outline is a polygon of the file's vertices,
+    /// and nodes beyond it carry heights that continue the face.
     pub fn is_rectangular(&self) -> bool {
         self.border.is_none()
     }
@@ -159,17 +166,18 @@ impl Block {
         self.border.as_ref().is_none_or(|border| border.covers(at))
     }
 
-    /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no rectangle.
+    /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no
+    /// rectangle.
     #[inline]
     pub(crate) fn enters(&self, at: DVec2) -> bool {
-        match &self.entry_border {
+        match &self.entry_outline {
             Some(border) => border.covers(at),
             None => self.covers(at),
         }
     }
 
-    /// Where the straight way from a point within the outline of an exit face that is no rectangle to one beyond crosses it, as a part of the
-    /// way.
+    /// Where the straight way from a point within the outline of an exit face that is no rectangle
+    /// to one beyond crosses it, as a part of the way.
     pub(crate) fn leaves_at(&self, inside: DVec2, outside: DVec2) -> f64 {
         let (mut near, mut far) = (0.0, 1.0);
         for _ in 0..40 {
@@ -179,7 +187,8 @@ impl Block {
         0.5 * (near + far)
     }
 
-    /// Whether the file has a vertex at this node of the exit face, counted row by row: beyond an outline it has none.
+    /// Whether the file has a vertex at this node of the exit face, counted row by row: beyond an
+    /// outline it has none.
     pub fn knows(&self, node: usize) -> bool {
         self.border.as_ref().is_none_or(|border| border.known[node])
     }
@@ -192,7 +201,8 @@ impl Block {
     /// Mean of the node heights, mm: 0 in a file that keeps to the frame.
     pub fn mean_exit_z_mm(&self) -> f64 {
         if let Some(border) = &self.border {
-            // The file leaves out nodes that are next to the outline; where they would be, the face is known too.
+            // The file leaves out nodes that are next to the outline; where they would be, the face
+            // is known too.
             let within = |k: &usize| border.covers(self.node(k % self.nx, k / self.nx).truncate());
             let (sum, count) = (0..self.heights.len())
                 .filter(within)

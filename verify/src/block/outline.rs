@@ -1,8 +1,10 @@
-//! A block that is not rectangular: the vertices on its outline, and the smooth face between the last nodes of its grid and them.
+//! A block that is not rectangular: the vertices on its outline, and the smooth face between the
+//! last nodes of its grid and them.
 //!
-//! Within the outline the vertices of the exit face are nodes of a regular grid; those on the outline are where the face meets the
-//! side wall. The spline through the nodes needs nodes beyond: each is that of a cubic fitted to the nodes and outline vertices
-//! around, then moved by what the spline still misses on the outline. On a smooth face the slope between the last nodes and the
+//! Within the outline the vertices of the exit face are nodes of a regular grid; those on the
+//! outline are where the face meets the side wall. The spline through the nodes needs nodes beyond:
+//! each is that of a cubic fitted to the nodes and outline vertices around, then moved by what the
+//! spline still misses on the outline. On a smooth face the slope between the last nodes and the
 //! outline is met to the third order of the spacing.
 
 use crate::{mesh::Mesh, spline::Bicubic};
@@ -11,7 +13,8 @@ use rayon::prelude::*;
 
 /// Layers of nodes that are fitted; what lies beyond hardly counts within.
 const LAYERS: usize = 5;
-/// How much further than the outline the fit of a node reaches, and the width of its weights there, spacings.
+/// How much further than the outline the fit of a node reaches, and the width of its weights there,
+/// spacings.
 const REACH: f64 = 3.5;
 const WIDTH: f64 = 1.0;
 /// Rounds in which nodes beyond the outline are moved by what the spline misses.
@@ -24,18 +27,20 @@ const SLACK: f64 = 1e-6;
 
 /// The closed curve of vertices around the exit face.
 #[derive(Clone, Debug)]
-pub(crate) struct Border {
+pub(crate) struct Outline {
     /// Counter-clockwise by the angle around `centre`, mm.
     points: Vec<DVec3>,
     angles: Vec<f64>,
     centre: DVec2,
-    /// What is nearer to the curve than this lies within: straight sides run through nodes and rays, which rounding shall not decide upon.
+    /// What is nearer to the curve than this lies within: straight sides run through nodes and
+    /// rays, which rounding shall not decide upon.
     slack_mm: f64,
     /// Which nodes of the grid the file has.
     pub(crate) known: Vec<bool>,
 }
 
-/// The vertices above the entry face that belong to a triangle with vertices in it: the upper ends of the walls.
+/// The vertices above the entry face that belong to a triangle with vertices in it: the upper ends
+/// of the walls.
 pub(crate) fn wall_tops(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Vec<bool> {
     let mut tops = vec![false; mesh.vertices.len()];
     for triangle in &mesh.triangles {
@@ -46,7 +51,7 @@ pub(crate) fn wall_tops(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Vec<bool
     tops
 }
 
-impl Border {
+impl Outline {
     /// Puts the points in order. None if they do not go once around their middle.
     pub(crate) fn new(mut points: Vec<DVec3>, known: Vec<bool>) -> Option<Self> {
         if points.len() < 3 {
@@ -94,7 +99,8 @@ impl Border {
         (b - a).perp_dot(at - a) >= -self.slack_mm * (b - a).length()
     }
 
-    /// Gives heights to the nodes of the grid that the file has not, from those that it has and from the border.
+    /// Gives heights to the nodes of the grid that the file has not, from those that it has and
+    /// from the border.
     pub(crate) fn complete(&self, heights: &mut [f64], (nx, ny): (usize, usize), lower: DVec2, upper: DVec2) {
         let layer = extrapolate(heights, &self.known, (nx, ny));
         let spacing = (upper - lower) / DVec2::new((nx - 1) as f64, (ny - 1) as f64);
@@ -144,8 +150,8 @@ impl Border {
     }
 }
 
-/// The value at the origin of the cubic that fits samples best, those within `reach` with Gaussian weights of this width. None if
-/// they do not determine it.
+/// The value at the origin of the cubic that fits samples best, those within `reach` with Gaussian
+/// weights of this width. None if they do not determine it.
 fn cubic_at_origin(samples: impl Iterator<Item = (DVec2, f64)>, reach: f64, width: f64) -> Option<f64> {
     let (mut matrix, mut right) = ([[0.0; TERMS]; TERMS], [0.0; TERMS]);
     let mut count = 0;
@@ -189,8 +195,9 @@ fn cubic_at_origin(samples: impl Iterator<Item = (DVec2, f64)>, reach: f64, widt
     Some(right[0])
 }
 
-/// Extrapolates layer by layer, with parabolas along rows, columns and diagonals; returns in which layer every node lies, 0 for those
-/// that are known. Beyond the last layer nodes get the mean of their neighbours.
+/// Extrapolates layer by layer, with parabolas along rows, columns and diagonals; returns in which
+/// layer every node lies, 0 for those that are known. Beyond the last layer nodes get the mean of
+/// their neighbours.
 fn extrapolate(heights: &mut [f64], known: &[bool], (nx, ny): (usize, usize)) -> Vec<usize> {
     const UNSEEN: usize = usize::MAX;
     let mut layer: Vec<usize> = known.iter().map(|&known| if known { 0 } else { UNSEEN }).collect();
@@ -233,7 +240,7 @@ fn extrapolate(heights: &mut [f64], known: &[bool], (nx, ny): (usize, usize)) ->
 mod tests {
     use super::*;
 
-    fn disc(n: usize, f: impl Fn(DVec2) -> f64) -> (Border, Vec<f64>) {
+    fn disc(n: usize, f: impl Fn(DVec2) -> f64) -> (Outline, Vec<f64>) {
         let node = |k: usize| DVec2::new((k % n) as f64, (k / n) as f64) * (20.0 / (n - 1) as f64) - 10.0;
         let spacing = 20.0 / (n - 1) as f64;
         let known: Vec<bool> = (0..n * n).map(|k| node(k).length() < 10.0 - 0.25 * spacing).collect();
@@ -242,7 +249,7 @@ mod tests {
             .map(|k| 10.0 * DVec2::from_angle(std::f64::consts::TAU * k as f64 / (4 * n) as f64))
             .map(|p| p.extend(f(p)))
             .collect();
-        (Border::new(points, known).unwrap(), heights)
+        (Outline::new(points, known).unwrap(), heights)
     }
 
     #[test]
@@ -273,6 +280,6 @@ mod tests {
             assert!(border.covers(9.99 * direction) && !border.covers(10.001 * direction));
         }
         assert!(border.covers(DVec2::ZERO));
-        assert!(Border::new(vec![DVec3::ZERO; 20], Vec::new()).is_none());
+        assert!(Outline::new(vec![DVec3::ZERO; 20], Vec::new()).is_none());
     }
 }

@@ -1,11 +1,12 @@
-//! Recognising a block in a mesh: a planar entry face, an exit face over a regular grid, side walls, perhaps a rim around the exit face.
+//! Recognising a block in a mesh: a planar entry face, an exit face over a regular grid, side
+//! walls, perhaps a rim around the exit face.
 
 use super::{
     cell::Diagonal,
     error::BlockError,
-    grid::{Grid, cells},
+    grid::{VertexGrid, cells},
     model::{Block, places},
-    outline::{Border, wall_tops},
+    outline::{Outline, wall_tops},
 };
 use crate::{
     mesh::{Mesh, TrimmedFace},
@@ -20,8 +21,8 @@ impl Block {
     /// Recognises a block in a mesh.
     ///
     /// # Errors
-    /// A mesh that is not closed and oriented with a positive volume, or is another solid than a block: see
-    /// [`BlockError`]. Any sound solid can still be traced as such.
+    /// A mesh that is not closed and oriented with a positive volume, or is another solid than a
+    /// block: see [`BlockError`]. Any sound solid can still be traced as such.
     pub fn from_mesh(mesh: &Mesh) -> Result<Self, BlockError> {
         let report = solid::check(mesh);
         if !report.is_sound() {
@@ -42,29 +43,29 @@ impl Block {
         }
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
-            .and_then(|()| Grid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
+            .and_then(|()| VertexGrid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
         let (grid, rim_z, border) = plain.or_else(|plain| {
             // A rim around the exit face, which then is what is left above the entry face.
             let framed = rim(mesh, in_entry, lo).and_then(|(in_rim, rim_z)| {
                 let inside = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
-                Some((Grid::over(mesh, inside).ok()?, Some(rim_z), None))
+                Some((VertexGrid::over(mesh, inside).ok()?, Some(rim_z), None))
             });
             // Or an outline that is no rectangle.
             let outlined =
-                || Grid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
+                || VertexGrid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
             // Or a rim around such an outline.
             let both = || {
                 let (in_rim, rim_z) = rim(mesh, in_entry, lo)?;
                 let inside: Vec<u32> = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
                 let below = |v: u32| in_entry(v) || in_rim[v as usize];
-                let (grid, border) = Grid::within(mesh, below, &inside).ok()?;
+                let (grid, border) = VertexGrid::within(mesh, below, &inside).ok()?;
                 Some((grid, Some(rim_z), Some(border)))
             };
             let found = framed.or_else(outlined).or_else(both).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             Ok(found)
         })?;
-        let Grid { exit, lo: lower, hi: upper, nx, ny } = grid;
+        let VertexGrid { exit, lo: lower, hi: upper, nx, ny } = grid;
         let extent = upper - lower;
         let mut node_of = vec![u32::MAX; mesh.vertices.len()];
         let mut vertex_at = vec![u32::MAX; nx * ny];
@@ -85,7 +86,7 @@ impl Block {
         let (diagonals, mut normals) = cells(mesh, &node_of, &known, nx, ny)?;
         let border = match border {
             Some(points) => {
-                let border = Border::new(points, known).ok_or_else(not_around)?;
+                let border = Outline::new(points, known).ok_or_else(not_around)?;
                 border.complete(&mut heights, (nx, ny), lower, upper);
                 normals = None;
                 Some(Arc::new(border))
@@ -93,7 +94,7 @@ impl Block {
             None => None,
         };
         let framed = rim_z.is_some() && border.is_some();
-        let entry_border = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
+        let entry_outline = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
         Ok(Self {
             lower,
             upper,
@@ -110,7 +111,7 @@ impl Block {
             rim_z,
             border,
             entry_face: (lo.truncate(), hi.truncate()),
-            entry_border,
+            entry_outline,
         })
     }
 
@@ -118,7 +119,7 @@ impl Block {
     fn trimmed(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
         let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
         let (lo, hi) = mesh.bounds();
-        let entry_border = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
+        let entry_outline = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
         let block = Self {
             lower,
             upper,
@@ -135,26 +136,26 @@ impl Block {
             rim_z: face.rim_z_mm,
             border: None,
             entry_face: (lo.truncate(), hi.truncate()),
-            entry_border,
+            entry_outline,
         };
         block.within(face.outline_mm.clone())
     }
 }
 
 /// The curve around the entry face.
-fn around_entry(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Result<Arc<Border>, BlockError> {
+fn around_entry(mesh: &Mesh, in_entry: impl Fn(u32) -> bool) -> Result<Arc<Outline>, BlockError> {
     let around = || BlockError::Grid { why: "the walls do not go once around the entry face".into() };
     let bottoms = wall_tops(mesh, |v| !in_entry(v));
     let points = (0..mesh.vertices.len()).filter(|&v| bottoms[v]).map(|v| mesh.vertices[v]).collect();
-    Ok(Arc::new(Border::new(points, Vec::new()).ok_or_else(around)?))
+    Ok(Arc::new(Outline::new(points, Vec::new()).ok_or_else(around)?))
 }
 
 fn not_around() -> BlockError {
     BlockError::Grid { why: "the walls do not go once around the exit face".into() }
 }
 
-/// The level plane, facing up, that reaches the edge of the solid at its least x: which vertices lie on its triangles, and its
-/// height. `None` if there is no such plane.
+/// The level plane, facing up, that reaches the edge of the solid at its least x: which vertices
+/// lie on its triangles, and its height. `None` if there is no such plane.
 fn rim(mesh: &Mesh, in_entry: impl Fn(u32) -> bool, lo: DVec3) -> Option<(Vec<bool>, f64)> {
     let at = |v: u32| mesh.vertices[v as usize];
     let size = mesh.bounds().1 - lo;

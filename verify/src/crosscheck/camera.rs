@@ -6,39 +6,43 @@ use crate::{
 };
 use glam::{DMat3, DVec2, DVec3};
 
-/// A camera before the entry face of glass, or before a mirror. In parallel light it is orthographic and looks along the light; at a
-/// point source it stands there, and looks along the axis.
+/// A camera before the entry face of glass, or before a mirror. In parallel light it is
+/// orthographic and looks along the light; at a point source it stands there, and looks along the
+/// axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct View {
+pub(super) struct Camera {
     /// Where it stands; an orthographic camera stands anywhere.
     pub(super) source: Option<DVec3>,
     /// Unit vector along which it looks.
-    pub(super) looks: DVec3,
-    /// Middle of the picture, in the plane that all starts of rays are counted in or, orthographic, across the light through it.
+    pub(super) forward: DVec3,
+    /// Middle of the picture, in the plane that all starts of rays are counted in or, orthographic,
+    /// across the light through it.
     pub(super) centre: DVec3,
-    /// From the left to the right of the picture, and from its bottom to its top, mm. Across `looks`.
+    /// From the left to the right of the picture, and from its bottom to its top, mm. Across
+    /// `forward`.
     pub(super) right: DVec3,
     pub(super) up: DVec3,
-    /// The plane z = const where rays are told by their places: the entry face, or the mean plane of a mirror.
+    /// The plane z = const where rays are told by their places: the entry face, or the mean plane
+    /// of a mirror.
     plane_mm: f64,
 }
 
-impl View {
-    /// The view of all of the block's plan.
+impl Camera {
+    /// The camera of all of the block's plan.
     pub(super) fn of(block: &Block, scene: &Scene) -> Self {
         let plane_mm = match scene.optics {
             Optics::Refracts { .. } => block.entry_z,
             Optics::Reflects => 0.0,
         };
         let middle = (0.5 * (block.lower + block.upper)).extend(plane_mm);
-        let (source, looks) = light(scene);
-        let up = (DVec3::Y - looks.y * looks).normalize();
-        let right = looks.cross(up);
+        let (source, forward) = light(scene);
+        let up = (DVec3::Y - forward.y * forward).normalize();
+        let right = forward.cross(up);
         let half = [DVec2::new(1.0, 1.0), DVec2::new(1.0, -1.0)]
             .map(|corner| (0.5 * corner * block.size_mm()).extend(0.0))
             .map(|corner| DVec2::new(corner.dot(right), corner.dot(up)).abs());
         let size = 2.0 * half[0].max(half[1]);
-        Self { source, looks, centre: middle, right: size.x * right, up: size.y * up, plane_mm }
+        Self { source, forward, centre: middle, right: size.x * right, up: size.y * up, plane_mm }
     }
 
     /// Where the ray of a pixel passes the plane, mm.
@@ -46,23 +50,25 @@ impl View {
         let across = (column as f64 + 0.5) / nx as f64 - 0.5;
         let along = 0.5 - (row as f64 + 0.5) / ny as f64;
         let at = self.centre + across * self.right + along * self.up;
-        (at + self.looks * ((self.plane_mm - at.z) / self.looks.z)).truncate()
+        (at + self.forward * ((self.plane_mm - at.z) / self.forward.z)).truncate()
     }
 
-    /// The camera of parallel light, moved back along the light until all of it is before the block, and close to it.
+    /// The camera of parallel light, moved back along the light until all of it is before the
+    /// block, and close to it.
     pub(super) fn location(&self, block: &Block) -> DVec3 {
         if let Some(source) = self.source {
             return source;
         }
-        let highest = if self.looks.z > 0.0 { 0.0 } else { block.height_range_mm().1 - self.plane_mm };
+        let highest = if self.forward.z > 0.0 { 0.0 } else { block.height_range_mm().1 - self.plane_mm };
         // The picture leans against the plane.
         let lean = 0.5 * (self.right.z.abs() + self.up.z.abs());
-        let before = if self.looks.z > 0.0 { 10.0 } else { 1.0 };
-        self.centre - self.looks * ((highest + lean + before) / self.looks.z.abs())
+        let before = if self.forward.z > 0.0 { 10.0 } else { 1.0 };
+        self.centre - self.forward * ((highest + lean + before) / self.forward.z.abs())
     }
 }
 
-/// The source of the light, if it has one, and the unit vector along which parallel light travels, or the bench's axis.
+/// The source of the light, if it has one, and the unit vector along which parallel light travels,
+/// or the bench's axis.
 pub(super) fn light(scene: &Scene) -> (Option<DVec3>, DVec3) {
     match scene.light {
         Light::Parallel { direction } => (None, direction.normalize()),
@@ -70,8 +76,9 @@ pub(super) fn light(scene: &Scene) -> (Option<DVec3>, DVec3) {
     }
 }
 
-/// The part of the entry face (least and greatest corner, mm) by which light of image mode comes: all of it but a strip along the walls that
-/// oblique light would meet from inside. Renderers would follow what a wall reflects; to the verifier it ends there.
+/// The part of the entry face (least and greatest corner, mm) by which light of image mode comes:
+/// all of it but a strip along the walls that oblique light would meet from inside. Renderers would
+/// follow what a wall reflects; to the verifier it ends there.
 pub(super) fn hole(block: &Block, scene: &Scene) -> [DVec2; 2] {
     let (source, along) = light(scene);
     let high = block.height_range_mm().1 - block.entry_z;
@@ -104,29 +111,29 @@ mod tests {
         let straight = Scene::new(1.5, 100.0, window);
         let pixels = (30, 20);
         // Straight light: the picture's left is +x, its top +y.
-        let view = View::of(&block, &straight);
-        assert!((view.start(0, 0, pixels) - DVec2::new(14.5, 9.5)).length() < 1e-12);
-        assert!((view.start(29, 19, pixels) + DVec2::new(14.5, 9.5)).length() < 1e-12);
+        let camera = Camera::of(&block, &straight);
+        assert!((camera.start(0, 0, pixels) - DVec2::new(14.5, 9.5)).length() < 1e-12);
+        assert!((camera.start(29, 19, pixels) + DVec2::new(14.5, 9.5)).length() < 1e-12);
         let source = DVec3::new(4.0, 2.0, 90.0);
         for light in [
             Light::parallel(DVec3::new(0.4, 0.3, -1.0)),
             Light::Point { position_mm: source, emission: Default::default(), axis: None },
         ] {
             let scene = Scene { light, ..Scene::mirror(100.0, window) };
-            let view = View::of(&block, &scene);
-            assert!(view.right.cross(view.up).dot(view.looks) < 0.0, "seen as by an eye");
-            let camera = view.location(&block);
+            let camera = Camera::of(&block, &scene);
+            assert!(camera.right.cross(camera.up).dot(camera.forward) < 0.0, "seen as by an eye");
+            let location = camera.location(&block);
             for (column, row) in [(0, 0), (7, 13), (29, 19)] {
                 // The camera's ray through the pixel passes the place that is told.
                 let across = (column as f64 + 0.5) / 30.0 - 0.5;
                 let along = 0.5 - (row as f64 + 0.5) / 20.0;
-                let aside = across * view.right + along * view.up;
-                let (from, direction) = match view.source {
-                    Some(source) => (source, view.centre + aside - source),
-                    None => (camera + aside, view.looks),
+                let aside = across * camera.right + along * camera.up;
+                let (from, direction) = match camera.source {
+                    Some(source) => (source, camera.centre + aside - source),
+                    None => (location + aside, camera.forward),
                 };
                 let at = from - direction * (from.z / direction.z);
-                assert!((at.truncate() - view.start(column, row, pixels)).length() < 1e-12);
+                assert!((at.truncate() - camera.start(column, row, pixels)).length() < 1e-12);
                 assert!(from.z > 0.5, "before the mirror");
             }
         }

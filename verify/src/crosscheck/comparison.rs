@@ -1,6 +1,7 @@
 //! A block that is put before renderers, and the comparison with what they find.
 
 use super::{
+    camera::Camera,
     error::CrosscheckError,
     image::ImageAgreement,
     job::Job,
@@ -9,7 +10,6 @@ use super::{
     renderer::Renderer,
     scripted::Script,
     shaded::ShadedMesh,
-    view::View,
 };
 use crate::{
     block::Block,
@@ -25,18 +25,19 @@ use std::path::Path;
 
 /// A block on a bench, ready to be shown to renderers.
 #[derive(Clone, Debug)]
-pub struct Study<'a> {
+pub struct Comparison<'a> {
     mesh: &'a Mesh,
     block: &'a Block,
     scene: Scene,
 }
 
-/// Beams per pixel along each side in the verifier's own image: its error is far below that of any renderer.
+/// Beams per pixel along each side in the verifier's own image: its error is far below that of any
+/// renderer.
 const BEAMS_PER_PIXEL: usize = 8;
 
-impl<'a> Study<'a> {
-    /// A block, the mesh in which it was recognised, and the bench. Surface, geometry and Fresnel's losses are chosen by
-    /// each comparison; image mode looks at the scene's window.
+impl<'a> Comparison<'a> {
+    /// A block, the mesh in which it was recognised, and the bench. Surface, geometry and Fresnel's
+    /// losses are chosen by each comparison; image mode looks at the scene's window.
     ///
     /// # Errors
     /// A turned block, or a bench that cannot be.
@@ -55,16 +56,17 @@ impl<'a> Study<'a> {
         Tracer::for_block(self.block, &Scene { surface, fresnel, ..self.scene.clone() })
     }
 
-    /// The verifier's landing points of rays through the centres of `nx * ny` pixels that hold the block's plan, as a camera sees
-    /// it which looks along the light: row 0 at the greatest y; column 0 at the greatest x of glass, at the least x of a mirror.
+    /// The verifier's landing points of rays through the centres of `nx * ny` pixels that hold the
+    /// block's plan, as a camera sees it which looks along the light: row 0 at the greatest y;
+    /// column 0 at the greatest x of glass, at the least x of a mirror.
     ///
     /// # Errors
     /// See [`Tracer::for_block`].
     pub fn landings(&self, nx: usize, ny: usize) -> Result<Landings, SceneError> {
-        let view = View::of(self.block, &self.scene);
+        let camera = Camera::of(self.block, &self.scene);
         let trace = |surface| {
             let tracer = self.tracer(surface, Fresnel::Off)?;
-            let end = |k: usize| tracer.path(view.start(k % nx, k / nx, (nx, ny))).end;
+            let end = |k: usize| tracer.path(camera.start(k % nx, k / nx, (nx, ny))).end;
             Ok((0..nx * ny).into_par_iter().map(end).collect::<Vec<_>>())
         };
         let landed = |ends: &[End]| -> Vec<Option<DVec2>> {
@@ -72,7 +74,8 @@ impl<'a> Study<'a> {
             ends.iter().map(land).collect()
         };
         let (smooth, spline) = (trace(Surface::Smooth)?, trace(Surface::Spline)?);
-        // Past the exit face, in oblique or spreading light, renderers follow rays through walls and past the block.
+        // Past the exit face, in oblique or spreading light, renderers follow rays through walls
+        // and past the block.
         let aimed = smooth.iter().map(|end| !matches!(end, End::Side | End::Beside)).collect();
         Ok(Landings { nx, ny, smooth: landed(&smooth), spline: landed(&spline), aimed })
     }
@@ -85,7 +88,8 @@ impl<'a> Study<'a> {
         let tracer = self.tracer(Surface::Smooth, renderer.fresnel())?;
         let window = &self.scene.window;
         window.holds_at_most(MOST_BEAMS / (BEAMS_PER_PIXEL * BEAMS_PER_PIXEL))?;
-        // Beams as wide as the window's pixels over BEAMS_PER_PIXEL, were the block as large as the window.
+        // Beams as wide as the window's pixels over BEAMS_PER_PIXEL, were the block as large as the
+        // window.
         Ok(beams(&tracer, window.nx * BEAMS_PER_PIXEL, window.ny * BEAMS_PER_PIXEL).image)
     }
 
@@ -106,7 +110,7 @@ impl<'a> Study<'a> {
         Ok(job)
     }
 
-    /// Writes the scene of image mode into `folder`; `ours` is [`Study::image`].
+    /// Writes the scene of image mode into `folder`; `ours` is [`Comparison::image`].
     ///
     /// # Errors
     /// Whatever the file system refuses, and a bench that renderers' own light is not set up for.
@@ -165,8 +169,8 @@ impl<'a> Study<'a> {
         MapAgreement::between(ours, &job.read_landings(ours.nx, ours.ny)?).ok_or(CrosscheckError::Dark)
     }
 
-    /// Reads the two caustics that a finished job has rendered, and compares them with the verifier's. Also gives their
-    /// mean, normalised as `ours` is.
+    /// Reads the two caustics that a finished job has rendered, and compares them with the
+    /// verifier's. Also gives their mean, normalised as `ours` is.
     ///
     /// # Errors
     /// Pictures that cannot be read, have another size, are dark, or clipped.

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 /// Why a cross-check came to no result.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum CrosscheckError {
     /// The scene cannot be written.
     #[error(transparent)]

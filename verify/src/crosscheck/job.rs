@@ -14,9 +14,11 @@ use std::{
 /// How pictures say what they mean.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Code {
-    /// Landing points: red and green run from the first point to the second, blue is 1 where anything was hit.
+    /// Landing points: red and green run from the first point to the second, blue is 1 where
+    /// anything was hit.
     Landings([DVec2; 2]),
-    /// Irradiance; a pixel of value `clipped` or more is clipped, light without a block has the value `exposure`.
+    /// Irradiance; a pixel of value `clipped` or more is clipped, light without a block has the
+    /// value `exposure`.
     Irradiance { clipped: f64, exposure: f64 },
 }
 
@@ -53,7 +55,8 @@ impl Job {
         self.runs.iter().map(line).collect()
     }
 
-    /// Smallest step of a coordinate that the pictures of map mode can tell, mm; 0 if it does not matter.
+    /// Smallest step of a coordinate that the pictures of map mode can tell, mm; 0 if it does not
+    /// matter.
     pub fn quantum_mm(&self) -> f64 {
         match (self.renderer, self.code) {
             (Renderer::PovRay, Code::Landings([from, to])) => (to - from).max_element() / f64::from(u16::MAX),
@@ -61,7 +64,8 @@ impl Job {
         }
     }
 
-    /// Renders the scene with `program`, or the renderer's usual executable. What it prints is kept in the folder.
+    /// Renders the scene with `program`, or the renderer's usual executable. What it prints is kept
+    /// in the folder.
     ///
     /// # Errors
     /// A program that is missing or fails.
@@ -146,7 +150,6 @@ impl Job {
             )
         })
     }
-
 }
 
 /// The last lines of a log.

@@ -32,7 +32,8 @@ impl Job {
         let Code::Landings([from, to]) = self.code else { return Err(self.not_such("map")) };
         debug_assert_eq!(self.pixels, (nx, ny));
         let decode = |&[r, g, b]: &[f32; 3]| {
-            // Blue is 1 wherever the receiver was hit: it takes out whatever the glass may have absorbed.
+            // Blue is 1 wherever the receiver was hit: it takes out whatever the glass may have
+            // absorbed.
             (b > 0.5).then(|| from + (to - from) * DVec2::new(f64::from(r / b), f64::from(g / b)))
         };
         Ok(self.read(&self.runs[0].output)?.iter().map(decode).collect())

@@ -12,8 +12,8 @@ pub enum Renderer {
     Blender,
     /// Mitsuba 3, a package of Python: rays, and particle tracing.
     Mitsuba,
-    /// LuxCoreRender 2, a package of Python: light tracing. It has no map mode, for each of its camera rays passes
-    /// somewhere within its pixel.
+    /// LuxCoreRender 2, a package of Python: light tracing. It has no map mode, for each of its
+    /// camera rays passes somewhere within its pixel.
     LuxCore,
 }
 
@@ -28,7 +28,8 @@ impl Renderer {
         }
     }
 
-    /// The executable: for packages of Python the interpreter, `$GLASSWARP_PYTHON` or else `python3`.
+    /// The executable: for packages of Python the interpreter, `$GLASSWARP_PYTHON` or else
+    /// `python3`.
     pub fn program(self) -> OsString {
         match self {
             Self::PovRay => "povray".into(),
@@ -47,12 +48,15 @@ impl Renderer {
         }
     }
 
-    /// The files of a scene's folder: those that [`Study`] writes, and what the renderer makes of them. `image` is for image mode.
+    /// The files of a scene's folder: those that [`Comparison`] writes, and what the renderer makes
+    /// of them. `image` is for image mode.
     pub fn files(self, image: bool) -> Vec<String> {
         let mode = if image { "image" } else { "map" };
         let (mesh, scene, picture): (&[&str], _, _) = match self {
             Self::PovRay => (&["block.inc"], "pov", "png"),
-            Self::Blender | Self::Mitsuba | Self::LuxCore => (&["positions.f32", "normals.f32", "triangles.u32"], "py", "exr"),
+            Self::Blender | Self::Mitsuba | Self::LuxCore => {
+                (&["positions.f32", "normals.f32", "triangles.u32"], "py", "exr")
+            }
         };
         let runs = if image { vec!["image-1", "image-2"] } else { vec!["map"] };
         let made = runs.iter().flat_map(|run| [format!("{run}.{picture}"), format!("{run}.log")]);

@@ -1,11 +1,11 @@
 //! Scenes for renderers that are driven by a script in Python, and their pictures.
 
 use super::{
+    camera::{Camera, hole, light, receiver},
     error::CrosscheckError,
     job::{Code, Job, Run},
     renderer::Renderer,
     shaded::ShadedMesh,
-    view::{View, hole, light, receiver},
 };
 use crate::{
     block::Block,
@@ -136,17 +136,17 @@ impl Script {
                     pair("LANDED_FROM", from)?;
                     pair("LANDED_TO", to)?;
                     let mut triple = |name: &str, v: DVec3| writeln!(out, "{name} = ({}, {}, {})", v.x, v.y, v.z);
-                    let view = View::of(block, scene);
-                    triple("VIEW_LOCATION", view.location(block))?;
-                    triple("VIEW_CENTRE", view.centre)?;
-                    triple("VIEW_LOOKS", view.looks)?;
-                    triple("VIEW_RIGHT", view.right)?;
-                    triple("VIEW_UP", view.up)?;
+                    let camera = Camera::of(block, scene);
+                    triple("VIEW_LOCATION", camera.location(block))?;
+                    triple("VIEW_CENTRE", camera.centre)?;
+                    triple("VIEW_LOOKS", camera.forward)?;
+                    triple("VIEW_RIGHT", camera.right)?;
+                    triple("VIEW_UP", camera.up)?;
                     let axes = receiver(scene);
                     triple("RECEIVER_X", axes.x_axis)?;
                     triple("RECEIVER_Y", axes.y_axis)?;
                     triple("RECEIVER_Z", axes.z_axis)?;
-                    writeln!(out, "AT_SOURCE = {}", truth(view.source.is_some()))?;
+                    writeln!(out, "AT_SOURCE = {}", truth(camera.source.is_some()))?;
                     writeln!(out, "MIRROR = {}", truth(scene.optics == Optics::Reflects))?;
                 }
                 Code::Irradiance { .. } => {

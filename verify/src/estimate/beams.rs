@@ -1,20 +1,22 @@
-//! Noise-free irradiance: a regular lattice of rays, and the light between them spread over the receiver.
+//! Noise-free irradiance: a regular lattice of rays, and the light between them spread over the
+//! receiver.
 
 use super::{
-    brush::Brush,
     film::Film,
-    flux::{Flux, Tally, UNIT},
+    flux::{Flux, PowerTally, UNIT},
+    rasteriser::Rasteriser,
 };
 use crate::{
     block::{Block, corners, halves},
     image::Image,
-    trace::{End, FromFacet, Path, Row, Tracer},
+    trace::{End, FromFacet, RayPath, Row, Tracer},
 };
 use glam::DVec2;
 use rayon::prelude::*;
 
 /// What beam tracing found.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Beams {
     /// Irradiance; 1 is the light of the aperture spread evenly over the window.
     pub image: Image,
@@ -28,7 +30,8 @@ pub struct Beams {
 pub const MOST_BEAMS: usize = 1 << 30;
 const MOST_ALONG: usize = 1 << 18;
 
-/// Numbers of beams along both sides that can be traced, in the ratio of those that are asked for as far as whole numbers allow.
+/// Numbers of beams along both sides that can be traced, in the ratio of those that are asked for
+/// as far as whole numbers allow.
 fn at_most(nx: usize, ny: usize) -> (usize, usize) {
     let (nx, ny) = (nx.clamp(1, MOST_ALONG), ny.clamp(1, MOST_ALONG));
     let excess = nx as f64 * ny as f64 / MOST_BEAMS as f64;
@@ -42,19 +45,21 @@ fn at_most(nx: usize, ny: usize) -> (usize, usize) {
 /// Rows of beams traced by one task: it traces one row of rays more than that.
 const ROWS: usize = 32;
 
-/// Cuts the light of the aperture into `nx * ny` beams of equal cross-section, traces their corners, and spreads every beam's power
-/// over the area between its four landing points (section 2.1 of the paper, with the power shared by area). Its power is the mean
-/// of that at its corners.
+/// Cuts the light of the aperture into `nx * ny` beams of equal cross-section, traces their
+/// corners, and spreads every beam's power over the area between its four landing points (section
+/// 2.1 of the paper, with the power shared by area). Its power is the mean of that at its corners.
 ///
 /// Beams see ideal light and a smooth face: spread and roughness are for photons.
 ///
-/// A beam that the border of the light cuts is cut into smaller ones. One whose corners went different ways is booked corner by corner. On a smooth surface the error falls with the square
-/// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4
-/// beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The result
-/// is the same, bit by bit, for any number of threads.
+/// A beam that the border of the light cuts is cut into smaller ones. One whose corners went
+/// different ways is recorded corner by corner. On a smooth surface the error falls with the square
+/// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square
+/// over pixels) with 4 x 4 beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears
+/// apart, and it falls with the first power. The result is the same, bit by bit, for any number of
+/// threads.
 ///
-/// There is one at least, and there are [`MOST_BEAMS`] at most: where more are asked for, both numbers are reduced alike, and
-/// [`Beams::beams`] says how many there were.
+/// There is one at least, and there are [`MOST_BEAMS`] at most: where more are asked for, both
+/// numbers are reduced alike, and [`Beams::beams`] says how many there were.
 pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     let (nx, ny) = at_most(nx, ny);
     let (lower, upper) = tracer.aperture_mm();
@@ -83,7 +88,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                 }
             };
             let (mut below, mut above) = (Row::default(), Row::default());
-            let mut book = Book::on(&film);
+            let mut recorder = BeamRecorder::on(&film);
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
@@ -92,7 +97,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                     let (mut a, mut d) = (at(&below, 0), at(&above, 0));
                     for i in 1..=nx {
                         let (b, c) = (at(&below, i), at(&above, i));
-                        book.brush.quadrilateral([a, b, c, d], UNIT, &mut book.tally);
+                        recorder.rasteriser.quadrilateral([a, b, c, d], UNIT, &mut recorder.tally);
                         (a, d) = (b, c);
                     }
                 } else {
@@ -100,21 +105,22 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                     for i in 0..nx {
                         let paths = [below.path(i), below.path(i + 1), above.path(i + 1), above.path(i)];
                         let ends = (DVec2::new(xs[i], low), DVec2::new(xs[i + 1], high));
-                        book.cut_beam(tracer, ends, paths, CUTS, 1.0);
+                        recorder.cut_beam(tracer, ends, paths, CUTS, 1.0);
                     }
                 }
                 std::mem::swap(&mut below, &mut above);
             }
-            book.tally
+            recorder.tally
         })
-        .reduce(Tally::default, Tally::plus);
+        .reduce(PowerTally::default, PowerTally::plus);
     let beams = (nx * ny) as u64;
     Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
 }
 
-/// Cuts the light of a block into one beam for every flat triangle of its exit face, and traces their corners, just inside of
-/// them. Parallel light that leaves a plane facet is parallel, and so these beams are exact, where those of [`beams`] reach from one
-/// facet to the next; in the light of a point they err as those do on a smooth surface. `tracer` has been made for this block with
+/// Cuts the light of a block into one beam for every flat triangle of its exit face, and traces
+/// their corners, just inside of them. Parallel light that leaves a plane facet is parallel, and so
+/// these beams are exact, where those of [`beams`] reach from one facet to the next; in the light
+/// of a point they err as those do on a smooth surface. `tracer` has been made for this block with
 /// [`Surface::Facets`](crate::Surface::Facets).
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.nx - 1, block.ny - 1);
@@ -126,7 +132,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {
-            let mut book = Book::on(&film);
+            let mut recorder = BeamRecorder::on(&film);
             for i in 0..columns {
                 let nodes = corners(i, j).map(|(i, j)| block.node(i, j).truncate());
                 for half in halves(block.diagonals[j * columns + i]) {
@@ -136,7 +142,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
                     let known = lines.as_ref().map(|lines| lines.from((i, j), half, inside));
                     let [a, b, c] = match known {
                         Some(FromFacet::Landings(at)) => {
-                            book.brush.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut book.tally);
+                            recorder.rasteriser.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut recorder.tally);
                             continue;
                         }
                         Some(FromFacet::Paths(paths)) => paths,
@@ -144,49 +150,58 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
                     };
                     // The fourth corner of a quadrilateral, in the middle of an edge.
                     let middle = match (b.end, c.end) {
-                        (End::Receiver(p), End::Receiver(q)) => Path { end: End::Receiver(0.5 * (p + q)), ..b },
+                        (End::Receiver(p), End::Receiver(q)) => RayPath { end: End::Receiver(0.5 * (p + q)), ..b },
                         _ => b,
                     };
-                    book.beam([a, b, middle, c], 1.0);
+                    recorder.beam([a, b, middle, c], 1.0);
                 }
             }
-            book.tally
+            recorder.tally
         })
-        .reduce(Tally::default, Tally::plus);
+        .reduce(PowerTally::default, PowerTally::plus);
     // All triangles have the same area as seen by the light: half a cell of a regular grid.
     let beams = 2 * (columns * rows) as u64;
     Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
 }
 
-/// How far inside a triangle its corners are traced, as a part of the way to its centre: far enough that rounding does not
-/// find the neighbour, near enough that nobody sees it.
+/// How far inside a triangle its corners are traced, as a part of the way to its centre: far enough
+/// that rounding does not find the neighbour, near enough that nobody sees it.
 const INSIDE: f64 = 1e-6;
 
-/// How often a beam is halved along both axes where the border of the light cuts it: the border is then known to a sixteenth of a beam.
+/// How often a beam is halved along both axes where the border of the light cuts it: the border is
+/// then known to a sixteenth of a beam.
 const CUTS: u32 = 4;
 
 /// Whether a part of a beam is dark, and not all of it.
 #[inline]
-fn is_cut(paths: &[Path; 4]) -> bool {
+fn is_cut(paths: &[RayPath; 4]) -> bool {
     let dark = paths.iter().filter(|path| path.power == 0.0).count();
     dark > 0 && dark < 4
 }
 
-/// Where beams are booked.
-struct Book<'a> {
+/// Where beams are recorded.
+struct BeamRecorder<'a> {
     film: &'a Film,
-    brush: Brush<'a>,
-    tally: Tally,
+    rasteriser: Rasteriser<'a>,
+    tally: PowerTally,
 }
 
-impl<'a> Book<'a> {
+impl<'a> BeamRecorder<'a> {
     fn on(film: &'a Film) -> Self {
-        Self { film, brush: Brush::on(film), tally: Tally::default() }
+        Self { film, rasteriser: Rasteriser::on(film), tally: PowerTally::default() }
     }
 
-    /// Books a share of a beam between two corners; if the border of the light cuts it, in quarters, and those again, as often as
-    /// `cuts` says. Paths are counter-clockwise from `lower`.
-    fn cut_beam(&mut self, tracer: &Tracer, (lower, upper): (DVec2, DVec2), paths: [Path; 4], cuts: u32, share: f64) {
+    /// Records a share of a beam between two corners; if the border of the light cuts it, in
+    /// quarters, and those again, as often as `cuts` says. Paths are counter-clockwise from
+    /// `lower`.
+    fn cut_beam(
+        &mut self,
+        tracer: &Tracer,
+        (lower, upper): (DVec2, DVec2),
+        paths: [RayPath; 4],
+        cuts: u32,
+        share: f64,
+    ) {
         if cuts == 0 || !is_cut(&paths) {
             self.beam(paths, share);
             return;
@@ -211,10 +226,10 @@ impl<'a> Book<'a> {
         }
     }
 
-    /// Books a share of one beam.
+    /// Records a share of one beam.
     #[inline]
-    fn beam(&mut self, paths: [Path; 4], share: f64) {
-        let Self { film, brush, tally } = self;
+    fn beam(&mut self, paths: [RayPath; 4], share: f64) {
+        let Self { film, rasteriser, tally } = self;
         let mut landings = [DVec2::ZERO; 4];
         let mut together = true;
         let (mut power, mut arrives) = (0.0, 0.0);
@@ -230,7 +245,7 @@ impl<'a> Book<'a> {
         if together {
             let all = in_units(power);
             let units = in_units(arrives).min(all);
-            brush.quadrilateral(landings.map(|at| film.in_pixels(at)), units, tally);
+            rasteriser.quadrilateral(landings.map(|at| film.in_pixels(at)), units, tally);
             tally.reflected += u128::from(all - units);
         } else {
             for path in paths {

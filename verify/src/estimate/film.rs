@@ -1,6 +1,6 @@
 //! Irradiance on the receiver: collected in exact integer arithmetic, shown as a picture.
 
-use super::flux::Tally;
+use super::flux::PowerTally;
 use crate::{image::Image, scene::Window, trace::End};
 use glam::DVec2;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -38,13 +38,13 @@ impl Film {
         self.pixels[pixel].fetch_add(units, Relaxed);
     }
 
-    /// Books the power of a ray where it ends.
+    /// Records the power of a ray where it ends.
     #[inline]
-    pub(crate) fn record(&self, end: End, units: u64, tally: &mut Tally) {
+    pub(crate) fn record(&self, end: End, units: u64, tally: &mut PowerTally) {
         let account = match end {
             End::Receiver(at) => {
                 let p = self.in_pixels(at);
-                // A comparison that is false for NaN, so that no nonsense is booked as light.
+                // A comparison that is false for NaN, so that no nonsense is recorded as light.
                 if p.x >= 0.0 && p.y >= 0.0 && p.x < self.nx as f64 && p.y < self.ny as f64 {
                     self.add(self.pixel(p.x as usize, p.y as usize), units);
                     &mut tally.window
@@ -68,12 +68,14 @@ impl Film {
         row * self.nx + column
     }
 
-    /// The collected power of every pixel in [`UNIT`]s, in picture order; the film is empty afterwards.
+    /// The collected power of every pixel in [`UNIT`]s, in picture order; the film is empty
+    /// afterwards.
     pub(crate) fn take(&mut self) -> impl Iterator<Item = u64> + '_ {
         self.pixels.iter_mut().map(|p| std::mem::take(p.get_mut()))
     }
 
-    /// The picture of light of this power: 1 is the irradiance of all of it spread evenly over the window.
+    /// The picture of light of this power: 1 is the irradiance of all of it spread evenly over the
+    /// window.
     pub(crate) fn develop(mut self, total: u128) -> Image {
         let (nx, ny) = (self.nx, self.ny);
         let scale = (nx * ny) as f64 / total.max(1) as f64;
@@ -93,7 +95,7 @@ mod tests {
     #[test]
     fn the_left_of_the_picture_is_at_plus_x_and_its_top_at_plus_y() {
         let film = Film::new(&window(4, 2));
-        let mut tally = Tally::default();
+        let mut tally = PowerTally::default();
         film.record(End::Receiver(DVec2::new(1.9, 0.9)), UNIT, &mut tally);
         film.record(End::Receiver(DVec2::new(-1.9, 0.9)), 2 * UNIT, &mut tally);
         film.record(End::Receiver(DVec2::new(1.9, -0.9)), 3 * UNIT, &mut tally);

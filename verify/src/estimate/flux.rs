@@ -1,11 +1,12 @@
 //! Where the light goes, counted exactly.
 
-/// One ray's power in fixed point. Integers add up to the same sum in any order, so results do not depend on the number
-/// of threads, and power is neither lost nor gained by rounding.
+/// One ray's power in fixed point. Integers add up to the same sum in any order, so results do not
+/// depend on the number of threads, and power is neither lost nor gained by rounding.
 pub(crate) const UNIT: u64 = 1 << 32;
 
 /// Where the light of the aperture goes, as parts of it; they sum to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Flux {
     /// Arrives in the window.
     pub window: f64,
@@ -13,7 +14,8 @@ pub struct Flux {
     pub missed: f64,
     /// Is totally reflected inside.
     pub totally_reflected: f64,
-    /// Meets a side wall before the exit face or behind it, or the solid again, or never reaches the receiver.
+    /// Meets a side wall before the exit face or behind it, or the solid again, or never reaches
+    /// the receiver.
     pub side: f64,
     /// Is partially reflected on the way.
     pub reflected: f64,
@@ -32,7 +34,7 @@ impl Flux {
 
 /// Power by fate, in [`UNIT`]s; kept by each thread and added up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Tally {
+pub(crate) struct PowerTally {
     pub(crate) window: u128,
     pub(crate) missed: u128,
     pub(crate) totally_reflected: u128,
@@ -42,7 +44,7 @@ pub(crate) struct Tally {
     pub(crate) lost: u128,
 }
 
-impl Tally {
+impl PowerTally {
     pub(crate) fn plus(self, other: Self) -> Self {
         Self {
             window: self.window + other.window,

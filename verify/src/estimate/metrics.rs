@@ -1,21 +1,26 @@
 //! How well an image agrees with its target: every measure, its unit and its source, in one place.
 //!
-//! Irradiance has no unit here: images are divided by their means. Where the light goes that draws no picture is measured in
-//! [`Flux`](crate::Flux), as a part of the light that fills the aperture: `missed` is the flux outside of the window.
+//! Irradiance has no unit here: images are divided by their means. Where the light goes that draws
+//! no picture is measured in [`Flux`](crate::Flux), as a part of the light that fills the aperture:
+//! `missed` is the flux outside of the window.
 
 use crate::image::Image;
 
-/// Measures of agreement. Both images are first divided by their means: only the distribution of light is judged.
+/// Measures of agreement. Both images are first divided by their means: only the distribution of
+/// light is judged.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Metrics {
     /// Root of the mean square difference; the mean of both images is 1.
     pub rel_rms: f64,
     /// Mean of the absolute difference.
     pub mean_abs: f64,
-    /// Peak signal-to-noise ratio, dB: the peak is the target's greatest value. Infinite for equal images.
+    /// Peak signal-to-noise ratio, dB: the peak is the target's greatest value. Infinite for equal
+    /// images.
     pub psnr_db: f64,
-    /// Structural similarity (Wang et al. 2004) with a uniform window of 7 x 7, sample covariance, the target's greatest
-    /// value as data range, averaged without a border of 3 pixels: scikit-image's default.
+    /// Structural similarity (Wang et al. 2004) with a uniform window of 7 x 7, sample covariance,
+    /// the target's greatest value as data range, averaged without a border of 3 pixels:
+    /// scikit-image's default.
     pub ssim: f64,
     /// Pearson's correlation coefficient; NaN if an image is constant.
     pub correlation: f64,
@@ -27,15 +32,17 @@ pub struct Metrics {
     pub black_level: f64,
     /// Mean of the target there.
     pub target_black_level: f64,
-    /// Mean of the image where the target is brightest (the greatest twentieth) divided by `black_level`.
+    /// Mean of the image where the target is brightest (the greatest twentieth) divided by
+    /// `black_level`.
     pub contrast: f64,
     /// The same for the target; infinite for true black.
     pub target_contrast: f64,
-    /// Sharpness, in pixels: the 10 % to 90 % rise of the edge spread function (as in ISO 12233, there along one straight
-    /// edge), which here is the mean profile of the image across the steepest crests of the target's gradient (at most a
-    /// hundredth of its pixels), along the gradient, between the extrema next to the edge. A Gaussian blur of standard deviation s gives 2.563 s. NaN
-    /// where the target has no edge. Times the width of a pixel in mm it is the edge width in mm:
-    /// [`edge_width_mm`](Self::edge_width_mm).
+    /// Sharpness, in pixels: the 10 % to 90 % rise of the edge spread function (as in ISO 12233,
+    /// there along one straight edge), which here is the mean profile of the image across the
+    /// steepest crests of the target's gradient (at most a hundredth of its pixels), along the
+    /// gradient, between the extrema next to the edge. A Gaussian blur of standard deviation s
+    /// gives 2.563 s. NaN where the target has no edge. Times the width of a pixel in mm it is the
+    /// edge width in mm: [`edge_width_mm`](Self::edge_width_mm).
     pub edge_width_px: f64,
     /// The same for the target: what a perfect image would have.
     pub target_edge_width_px: f64,
@@ -50,6 +57,7 @@ impl Metrics {
 
 /// Why two images cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MetricsError {
     /// Different sizes.
     #[error("the image has {} x {} pixels and the target {} x {}", .image.0, .image.1, .target.0, .target.1)]
@@ -179,7 +187,8 @@ fn normalised(image: &Image, target: &Image) -> Result<(Vec<f64>, Vec<f64>), Met
     Ok((normalised(image, "image")?, normalised(target, "target")?))
 }
 
-/// The mean of a function of two images, row by row, so that rounding does not grow with their size.
+/// The mean of a function of two images, row by row, so that rounding does not grow with their
+/// size.
 fn mean_of(s: &[f64], t: &[f64], nx: usize, f: impl Fn(f64, f64) -> f64) -> f64 {
     let row = |(s, t): (&[f64], &[f64])| s.iter().zip(t).map(|(&s, &t)| f(s, t)).sum::<f64>();
     s.chunks(nx).zip(t.chunks(nx)).map(row).sum::<f64>() / s.len() as f64
@@ -269,8 +278,8 @@ fn rise(profile: &[f64]) -> f64 {
     }
 }
 
-/// Means of image and target over the darkest and the brightest twentieth of the target's pixels. All pixels of the
-/// limiting value count, so that the order of equal pixels does not matter.
+/// Means of image and target over the darkest and the brightest twentieth of the target's pixels.
+/// All pixels of the limiting value count, so that the order of equal pixels does not matter.
 fn extremes(s: &[f64], t: &[f64]) -> [(f64, f64); 2] {
     let mut partly_sorted = t.to_vec();
     let count = t.len().div_ceil(20);
@@ -346,8 +355,9 @@ mod tests {
     #[test]
     fn the_numbers_are_those_of_scikit_image() {
         // s, t divided by their means, peak = t.max():
-        //   structural_similarity(t, s, data_range=peak), peak_signal_noise_ratio(t, s, data_range=peak),
-        //   sqrt(mean((s - t)^2)), mean(|s - t|), corrcoef, polyfit; scikit-image 0.26, NumPy.
+        //   structural_similarity(t, s, data_range=peak), peak_signal_noise_ratio(t, s,
+        // data_range=peak), sqrt(mean((s - t)^2)), mean(|s - t|), corrcoef, polyfit; scikit-image
+        // 0.26, NumPy.
         let cases = [
             (
                 7,

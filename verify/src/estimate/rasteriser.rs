@@ -1,14 +1,15 @@
 //! Beams spread over pixels: every pixel gets the part of a beam's polygon that it covers.
 
-use super::{film::Film, flux::Tally};
+use super::{film::Film, flux::PowerTally};
 use glam::DVec2;
 
 /// Polygons of a smaller area, in pixels, are treated as points.
 const LEAST_AREA: f64 = 1e-12;
 
-/// Signed area of the part of a polygon to the left of and above `corner` (x and y less than its own): by Green's theorem the
-/// integral of min(x, corner.x) dy over the edges, as far as y < corner.y. Coordinates are taken relative to `origin`, near
-/// the polygon, so that no digits are lost.
+/// Signed area of the part of a polygon to the left of and above `corner` (x and y less than its
+/// own): by Green's theorem the integral of min(x, corner.x) dy over the edges, as far as y <
+/// corner.y. Coordinates are taken relative to `origin`, near the polygon, so that no digits are
+/// lost.
 #[inline]
 fn part_below(polygon: &[DVec2], origin: DVec2, corner: DVec2) -> f64 {
     let limit = corner - origin;
@@ -25,14 +26,16 @@ fn part_below(polygon: &[DVec2], origin: DVec2, corner: DVec2) -> f64 {
     sum
 }
 
-/// Signed area of the part of a polygon with x less than 0: the integral of min(x, 0) dy over its edges.
+/// Signed area of the part of a polygon with x less than 0: the integral of min(x, 0) dy over its
+/// edges.
 #[inline(always)]
 fn part_beside<const N: usize>(x: [f64; N], y: [f64; N]) -> f64 {
     let (mut sum, mut k) = (0.0, N - 1);
     for next in 0..N {
         let (least, greatest) = if x[k] <= x[next] { (x[k], x[next]) } else { (x[next], x[k]) };
         if least < 0.0 {
-            // An edge that crosses has x less than 0 on its part -least / (greatest - least), where its mean is half of the least.
+            // An edge that crosses has x less than 0 on its part -least / (greatest - least), where
+            // its mean is half of the least.
             let mean =
                 if greatest <= 0.0 { 0.5 * (least + greatest) } else { -0.5 * least * least / (greatest - least) };
             sum += mean * (y[next] - y[k]);
@@ -77,15 +80,16 @@ fn under_edge(mut a: DVec2, mut b: DVec2, limit: DVec2) -> f64 {
     }
 }
 
-/// Spreads beams over a film. Neighbours land in the same pixel, and what they bring is booked there at once.
-pub(crate) struct Brush<'a> {
+/// Spreads beams over a film. Neighbours land in the same pixel, and what they bring is recorded
+/// there at once.
+pub(crate) struct Rasteriser<'a> {
     film: &'a Film,
     limit: DVec2,
     pixel: usize,
     units: u64,
 }
 
-impl<'a> Brush<'a> {
+impl<'a> Rasteriser<'a> {
     pub(crate) fn on(film: &'a Film) -> Self {
         Self { film, limit: DVec2::new(film.nx as f64, film.ny as f64), pixel: 0, units: 0 }
     }
@@ -99,10 +103,11 @@ impl<'a> Brush<'a> {
         self.units += units;
     }
 
-    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, in pixels from the top left of the picture
-    /// and in their order round the beam; every pixel gets the part that it covers.
+    /// Spreads the power of a beam evenly over the quadrilateral between its landing points, in
+    /// pixels from the top left of the picture and in their order round the beam; every pixel gets
+    /// the part that it covers.
     #[inline(always)]
-    pub(crate) fn quadrilateral(&mut self, corners: [DVec2; 4], units: u64, tally: &mut Tally) {
+    pub(crate) fn quadrilateral(&mut self, corners: [DVec2; 4], units: u64, tally: &mut PowerTally) {
         if self.dot(&corners, units, tally) {
             return;
         }
@@ -120,15 +125,15 @@ impl<'a> Brush<'a> {
 
     /// The same for a beam of three landing points.
     #[inline(always)]
-    pub(crate) fn triangle(&mut self, corners: [DVec2; 3], units: u64, tally: &mut Tally) {
+    pub(crate) fn triangle(&mut self, corners: [DVec2; 3], units: u64, tally: &mut PowerTally) {
         if !self.dot(&corners, units, tally) {
             self.spread(&corners, units, tally);
         }
     }
 
-    /// Books power that lands within one pixel of the window; tells whether it does.
+    /// Records power that lands within one pixel of the window; tells whether it does.
     #[inline(always)]
-    fn dot<const N: usize>(&mut self, corners: &[DVec2; N], units: u64, tally: &mut Tally) -> bool {
+    fn dot<const N: usize>(&mut self, corners: &[DVec2; N], units: u64, tally: &mut PowerTally) -> bool {
         let (lo, hi) = bounds(corners);
         if !self.is_within(lo, hi) {
             return false;
@@ -149,7 +154,7 @@ impl<'a> Brush<'a> {
     }
 
     /// Spreads power evenly over a polygon without self-intersections, in pixels.
-    fn spread<const N: usize>(&mut self, polygon: &[DVec2; N], units: u64, tally: &mut Tally) {
+    fn spread<const N: usize>(&mut self, polygon: &[DVec2; N], units: u64, tally: &mut PowerTally) {
         let (lo, hi) = bounds(polygon);
         let area = area_of(polygon);
         if !(self.is_within(lo, hi) && area.abs() >= LEAST_AREA) {
@@ -187,23 +192,23 @@ impl<'a> Brush<'a> {
                 self.add(pixel + self.film.nx + 1, units - first - second - third);
             }
             _ => {
-                let booked = self.scan(polygon, scale, units);
+                let recorded = self.scan(polygon, scale, units);
                 // What rounding left.
-                self.add(pixel, units - booked);
+                self.add(pixel, units - recorded);
             }
         }
     }
 
     /// The same where a part of the polygon may be outside of the window, or nowhere.
     #[cold]
-    fn spread_anywhere(&mut self, polygon: &[DVec2], units: u64, tally: &mut Tally) {
+    fn spread_anywhere(&mut self, polygon: &[DVec2], units: u64, tally: &mut PowerTally) {
         let (lo, hi) = bounds(polygon);
         if !polygon.iter().all(|p| p.is_finite()) {
             tally.lost += u128::from(units);
             return;
         }
         let area = part_below(polygon, lo, hi);
-        let booked = if area.abs() >= LEAST_AREA {
+        let recorded = if area.abs() >= LEAST_AREA {
             self.scan(polygon, units as f64 / area, units)
         } else {
             // Light on a line: as good as on its centre.
@@ -215,19 +220,20 @@ impl<'a> Brush<'a> {
             if arrives { units } else { 0 }
         };
         // What rounding left of light that falls into the window is light in the window.
-        let rest = if self.is_within(lo, hi) { units - booked } else { 0 };
+        let rest = if self.is_within(lo, hi) { units - recorded } else { 0 };
         if rest > 0 {
             self.add(self.film.pixel(lo.x as usize, lo.y as usize), rest);
         }
-        tally.window += u128::from(booked + rest);
-        tally.missed += u128::from(units - booked - rest);
+        tally.window += u128::from(recorded + rest);
+        tally.missed += u128::from(units - recorded - rest);
     }
 
-    /// Gives every pixel of the window its part of the polygon, with `scale` units per area; returns how many units that are.
+    /// Gives every pixel of the window its part of the polygon, with `scale` units per area;
+    /// returns how many units that are.
     fn scan(&mut self, polygon: &[DVec2], scale: f64, units: u64) -> u64 {
         let (lo, hi) = bounds(polygon);
         let (first, last) = (lo.floor().max(DVec2::ZERO), hi.floor().min(self.limit - 1.0));
-        let mut booked = 0;
+        let mut recorded = 0;
         let mut row = first.y;
         while row <= last.y {
             let mut below = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(first.x, y)));
@@ -235,19 +241,19 @@ impl<'a> Brush<'a> {
             while column <= last.x {
                 let next = [row, row + 1.0].map(|y| part_below(polygon, lo, DVec2::new(column + 1.0, y)));
                 let covered = (next[1] - below[1]) - (next[0] - below[0]);
-                let share = ((scale * covered).max(0.0) as u64).min(units - booked);
+                let share = ((scale * covered).max(0.0) as u64).min(units - recorded);
                 self.add(self.film.pixel(column as usize, row as usize), share);
-                booked += share;
+                recorded += share;
                 below = next;
                 column += 1.0;
             }
             row += 1.0;
         }
-        booked
+        recorded
     }
 }
 
-impl Drop for Brush<'_> {
+impl Drop for Rasteriser<'_> {
     fn drop(&mut self) {
         self.film.add(self.pixel, self.units);
     }
@@ -265,10 +271,10 @@ mod tests {
     use crate::{estimate::flux::UNIT, scene::Window};
 
     /// What every pixel gets of a beam, as parts of it.
-    fn shares(spread: impl Fn(&mut Brush, &mut Tally)) -> Vec<f64> {
+    fn shares(spread: impl Fn(&mut Rasteriser, &mut PowerTally)) -> Vec<f64> {
         let window = Window { size_mm: DVec2::splat(6.0), centre_mm: DVec2::ZERO, nx: 6, ny: 6 };
-        let (mut film, mut tally) = (Film::new(&window), Tally::default());
-        spread(&mut Brush::on(&film), &mut tally);
+        let (mut film, mut tally) = (Film::new(&window), PowerTally::default());
+        spread(&mut Rasteriser::on(&film), &mut tally);
         let units: Vec<u64> = film.take().collect();
         assert_eq!(u128::from(units.iter().sum::<u64>()), tally.window);
         assert_eq!(tally.total(), u128::from(UNIT), "nothing is lost or gained");
@@ -292,12 +298,12 @@ mod tests {
             });
             let triangle = [corners[0], corners[1], corners[2]];
             let quick = [
-                shares(|brush, tally| brush.spread(&corners, UNIT, tally)),
-                shares(|brush, tally| brush.spread(&triangle, UNIT, tally)),
+                shares(|rasteriser, tally| rasteriser.spread(&corners, UNIT, tally)),
+                shares(|rasteriser, tally| rasteriser.spread(&triangle, UNIT, tally)),
             ];
             let slow = [
-                shares(|brush, tally| brush.spread_anywhere(&corners, UNIT, tally)),
-                shares(|brush, tally| brush.spread_anywhere(&triangle, UNIT, tally)),
+                shares(|rasteriser, tally| rasteriser.spread_anywhere(&corners, UNIT, tally)),
+                shares(|rasteriser, tally| rasteriser.spread_anywhere(&triangle, UNIT, tally)),
             ];
             for (quick, slow) in quick.iter().zip(&slow) {
                 let off = quick.iter().zip(slow).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -309,8 +315,10 @@ mod tests {
     #[test]
     fn a_triangle_is_shared_by_area() {
         let at = |x: f64, y: f64| DVec2::new(x, y);
-        // A right angle at (2.5, 2.5) with sides of 1: half of it is a square, and a quarter is at either end.
-        let seen = shares(|brush, tally| brush.triangle([at(2.5, 2.5), at(3.5, 2.5), at(2.5, 3.5)], UNIT, tally));
+        // A right angle at (2.5, 2.5) with sides of 1: half of it is a square, and a quarter is at
+        // either end.
+        let seen =
+            shares(|rasteriser, tally| rasteriser.triangle([at(2.5, 2.5), at(3.5, 2.5), at(2.5, 3.5)], UNIT, tally));
         for (pixel, wanted) in [(14, 0.5), (15, 0.25), (20, 0.25), (21, 0.0)] {
             assert!((seen[pixel] - wanted).abs() < 1e-9, "{pixel}: {}", seen[pixel]);
         }
@@ -319,11 +327,11 @@ mod tests {
     #[test]
     fn light_outside_of_the_window_is_counted_and_light_from_nowhere_is_lost() {
         let window = Window { size_mm: DVec2::splat(4.0), centre_mm: DVec2::ZERO, nx: 4, ny: 4 };
-        let (film, mut tally) = (Film::new(&window), Tally::default());
+        let (film, mut tally) = (Film::new(&window), PowerTally::default());
         let at = |x: f64, y: f64| DVec2::new(x, y);
-        Brush::on(&film).triangle([at(-1.0, 0.0), at(1.0, 0.0), at(0.0, 2.0)], 1000, &mut tally);
+        Rasteriser::on(&film).triangle([at(-1.0, 0.0), at(1.0, 0.0), at(0.0, 2.0)], 1000, &mut tally);
         assert!(tally.window.abs_diff(500) <= 2 && tally.window + tally.missed == 1000, "{tally:?}");
-        Brush::on(&film).triangle([at(f64::NAN, 0.0), at(1.0, 0.0), at(0.0, 2.0)], 7, &mut tally);
+        Rasteriser::on(&film).triangle([at(f64::NAN, 0.0), at(1.0, 0.0), at(0.0, 2.0)], 7, &mut tally);
         assert_eq!(tally.lost, 7);
     }
 
@@ -331,13 +339,14 @@ mod tests {
     fn a_beam_is_shared_by_area_and_what_passes_the_border_is_counted() {
         let window = Window { size_mm: DVec2::splat(4.0), centre_mm: DVec2::ZERO, nx: 4, ny: 4 };
         let film = Film::new(&window);
-        let mut tally = Tally::default();
-        // 1 x 1 box, centred on the corner of four pixels; then one with three quarters outside of the window.
+        let mut tally = PowerTally::default();
+        // 1 x 1 box, centred on the corner of four pixels; then one with three quarters outside of
+        // the window.
         let square = |x: f64, y: f64| {
             [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)].map(|(u, v)| DVec2::new(x + u, y + v))
         };
         for (x, y) in [(0.0, 0.0), (2.0, 2.0)] {
-            Brush::on(&film).quadrilateral(square(x, y).map(|p| film.in_pixels(p)), UNIT, &mut tally);
+            Rasteriser::on(&film).quadrilateral(square(x, y).map(|p| film.in_pixels(p)), UNIT, &mut tally);
         }
         let image = film.develop(16 * u128::from(UNIT));
         for k in [5, 6, 9, 10] {

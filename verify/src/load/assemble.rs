@@ -1,9 +1,7 @@
-//! What parsers share: what they are asked for, how many points they may make, and how triangles become a mesh.
+//! What parsers share: what they are asked for, how many points they may make, and how triangles
+//! become a mesh.
 
-use super::{
-    error::LoadError,
-    weld::Welder,
-};
+use super::{error::LoadError, weld::Welder};
 use crate::mesh::{CornerNormals, Mesh};
 use glam::DVec3;
 use std::{io, num::NonZeroU32};
@@ -18,8 +16,8 @@ pub(super) enum Normals {
 /// What it means that reading fails.
 pub(super) type Failed<'a> = &'a dyn Fn(io::Error) -> LoadError;
 
-/// How many points a file may make. Some formats let a few bytes stand for any number of them: one mesh in many places, a spline
-/// with one short span.
+/// How many points a file may make. Some formats let a few bytes stand for any number of them: one
+/// mesh in many places, a spline with one short span.
 pub(super) struct Allowance {
     left: usize,
 }
@@ -49,7 +47,8 @@ impl Allowance {
     }
 }
 
-/// Points that triangles name by number: each is looked for among the others when it is first met, and only then.
+/// Points that triangles name by number: each is looked for among the others when it is first met,
+/// and only then.
 pub(super) struct Points {
     pub(super) positions: Vec<DVec3>,
     /// One more than its index in the mesh.
@@ -101,7 +100,8 @@ impl Assembler {
         Ok(())
     }
 
-    /// A triangle of points that are told by their numbers; the error for a number that is no point's is the caller's.
+    /// A triangle of points that are told by their numbers; the error for a number that is no
+    /// point's is the caller's.
     pub(super) fn numbered(
         &mut self,
         points: &mut Points,

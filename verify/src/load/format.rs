@@ -17,7 +17,8 @@ pub enum Format {
     Ply,
     /// Text; taken as millimetres, z up.
     Off,
-    /// One solid of planes and B-spline faces, sampled so that the spline through the samples is the face; its own unit.
+    /// One solid of planes and B-spline faces, sampled so that the spline through the samples is
+    /// the face; its own unit.
     Step,
     /// All that is built, its own unit.
     ThreeMf,
@@ -41,8 +42,8 @@ impl Format {
         Self::HeightMapExr,
     ];
 
-    /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb` or `.gltf`, `.ply`, `.off`, `.step` or
-    /// `.stp`, `.3mf`, `.png`, `.exr`.
+    /// The format of a file, told by its extension: `.stl`, `.obj`, `.glb` or `.gltf`, `.ply`,
+    /// `.off`, `.step` or `.stp`, `.3mf`, `.png`, `.exr`.
     ///
     /// # Errors
     /// [`LoadError::UnknownExtension`].

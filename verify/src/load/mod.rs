@@ -1,6 +1,7 @@
 //! Reading solids from files of other programs, none of which is trusted.
 //!
-//! Every format ends as a [`Mesh`] in the frame of the block: millimetres, light along `+z`, vertices unique by position.
+//! Every format ends as a [`Mesh`] in the frame of the block: millimetres, light along `+z`,
+//! vertices unique by position.
 
 mod assemble;
 mod error;
@@ -35,7 +36,8 @@ pub fn read(path: &Path) -> Result<Mesh, LoadError> {
     read_with(path, Normals::Read)
 }
 
-/// The same without normals, which take as much time as all the rest: whether there are any, and sound ones, is not found out.
+/// The same without normals, which take as much time as all the rest: whether there are any, and
+/// sound ones, is not found out.
 ///
 /// # Errors
 /// See [`LoadError`].
@@ -62,8 +64,8 @@ fn read_with(path: &Path, normals: Normals) -> Result<Mesh, LoadError> {
 
 /// Reads a solid from memory.
 ///
-/// Memory is bounded by a multiple of the size of the file, whatever it claims; packed formats have the ratio of their packing
-/// besides.
+/// Memory is bounded by a multiple of the size of the file, whatever it claims; packed formats have
+/// the ratio of their packing besides.
 ///
 /// # Errors
 /// See [`LoadError`].

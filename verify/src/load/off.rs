@@ -12,7 +12,8 @@ fn malformed(reason: impl Into<String>) -> LoadError {
     LoadError::malformed("OFF", reason)
 }
 
-/// Parses a file with or without normals, colours and texture coordinates, of which the normals are read.
+/// Parses a file with or without normals, colours and texture coordinates, of which the normals are
+/// read.
 pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let text = String::from_utf8_lossy(bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);

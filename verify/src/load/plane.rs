@@ -1,10 +1,11 @@
-//! Cutting plane areas into triangles: constrained Delaunay triangulation, which uses every vertex of a border.
+//! Cutting plane areas into triangles: constrained Delaunay triangulation, which uses every vertex
+//! of a border.
 
 use glam::{DVec2, DVec3};
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
-/// Triangles of a plane face between its loops, the outer one first and anticlockwise around the outward normal. `None` if it has no
-/// area, or loops that cross.
+/// Triangles of a plane face between its loops, the outer one first and anticlockwise around the
+/// outward normal. `None` if it has no area, or loops that cross.
 pub(super) fn triangles(vertices: &[DVec3], loops: &[Vec<u32>]) -> Option<Vec<[u32; 3]>> {
     let outer = loops.first()?;
     let at = |v: u32| vertices[v as usize];
@@ -32,8 +33,8 @@ pub(super) fn between(loops: &[Vec<u32>], flat: impl Fn(u32) -> DVec2) -> Option
     Some(cut(&points, edges)?.into_iter().map(|triangle| triangle.map(|k| all[k])).collect())
 }
 
-/// Triangles, anticlockwise, of the area that one comes into from outside through an odd number of these edges. `None` if there is none,
-/// if edges cross, or if points coincide.
+/// Triangles, anticlockwise, of the area that one comes into from outside through an odd number of
+/// these edges. `None` if there is none, if edges cross, or if points coincide.
 pub(super) fn cut(points: &[DVec2], edges: Vec<[usize; 2]>) -> Option<Vec<[usize; 3]>> {
     let places = points.iter().map(|p| mitigate_underflow(Point2::new(p.x, p.y))).collect();
     let mut crossings = 0;

@@ -7,7 +7,8 @@ use super::{
 };
 use glam::DVec3;
 
-/// Adds a polygon of points that are told by their numbers, with the numbers of its corners' normals if there are any.
+/// Adds a polygon of points that are told by their numbers, with the numbers of its corners'
+/// normals if there are any.
 pub(super) fn add(
     assembler: &mut Assembler,
     points: &mut Points,
@@ -31,10 +32,12 @@ pub(super) fn add(
     Ok(())
 }
 
-/// Triangles of a polygon whose corners stand at these places, by the numbers of its corners; going round as it does.
+/// Triangles of a polygon whose corners stand at these places, by the numbers of its corners; going
+/// round as it does.
 ///
-/// Four corners are cut along a diagonal that leaves two triangles of some area. More are cut by Delaunay's rule in their plane, which
-/// knows corners in a row on a side, and dents; a fan does not. What does not lie in a plane, or crosses itself, becomes a fan.
+/// Four corners are cut along a diagonal that leaves two triangles of some area. More are cut by
+/// Delaunay's rule in their plane, which knows corners in a row on a side, and dents; a fan does
+/// not. What does not lie in a plane, or crosses itself, becomes a fan.
 fn triangles(places: &[DVec3]) -> Vec<[usize; 3]> {
     let area = |[a, b, c]: [usize; 3]| (places[b] - places[a]).cross(places[c] - places[a]).length_squared();
     match places.len() {

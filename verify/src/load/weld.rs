@@ -5,8 +5,9 @@ use std::cmp::Ordering;
 
 /// Gives equal positions one index, in the order of their first appearance.
 ///
-/// Neighbouring triangles share corners, and rows of triangles meet a row of vertices once more: most positions that are known are found
-/// among those of late. What is not found there is sorted in the end. No choice of positions makes that slow.
+/// Neighbouring triangles share corners, and rows of triangles meet a row of vertices once more:
+/// most positions that are known are found among those of late. What is not found there is sorted
+/// in the end. No choice of positions makes that slow.
 pub(super) struct Welder {
     /// Some of them more than once.
     vertices: Vec<DVec3>,
@@ -47,7 +48,8 @@ impl Welder {
         }
     }
 
-    /// An index of this position, until [`finish`](Self::finish) renumbers them. `None` once 2³² - 1 are given.
+    /// An index of this position, until [`finish`](Self::finish) renumbers them. `None` once 2³² -
+    /// 1 are given.
     pub(super) fn index(&mut self, position: DVec3) -> Option<u32> {
         // Adding zero turns -0 into +0, which is the same place.
         let position = position + DVec3::ZERO;
@@ -64,7 +66,8 @@ impl Welder {
         Some(index)
     }
 
-    /// The same for a position that few others are equal to, in no order that is known: not all that could be found at once is.
+    /// The same for a position that few others are equal to, in no order that is known: not all
+    /// that could be found at once is.
     pub(super) fn index_of_few(&mut self, position: DVec3) -> Option<u32> {
         let position = position + DVec3::ZERO;
         let late = &mut self.late[place(position)];
@@ -77,8 +80,8 @@ impl Welder {
 
     /// Distinct positions, and how indices change.
     pub(super) fn finish(mut self) -> (Vec<DVec3>, Renumbered) {
-        // Both ways are stable. Files that list vertices row by row are in order but for a few; others had better be moved as they are
-        // compared.
+        // Both ways are stable. Files that list vertices row by row are in order but for a few;
+        // others had better be moved as they are compared.
         let descents = self.vertices.windows(2).filter(|pair| along_rows(&pair[0], &pair[1]).is_gt()).count();
         let mut numbers: Vec<u32> = Vec::new();
         let mut same = |first: u32, second: u32| {

@@ -133,9 +133,11 @@ impl Meaning {
     }
 }
 
-/// Luminance of primaries with these chromaticities (x, y of red, green, blue) for a white of luminance 1. `None` if they make none.
+/// Luminance of primaries with these chromaticities (x, y of red, green, blue) for a white of
+/// luminance 1. `None` if they make none.
 pub(super) fn luminances(primaries: [[f64; 2]; 3], white: [f64; 2]) -> Option<[f64; 3]> {
-    // The columns are the tristimulus values of primaries of luminance 1; what mixes the white is asked for.
+    // The columns are the tristimulus values of primaries of luminance 1; what mixes the white is
+    // asked for.
     let tristimulus = |[x, y]: [f64; 2]| glam::DVec3::new(x / y, 1.0, (1.0 - x - y) / y);
     let mixed = glam::DMat3::from_cols(tristimulus(primaries[0]), tristimulus(primaries[1]), tristimulus(primaries[2]));
     let weights = mixed.inverse() * tristimulus(white);

@@ -4,17 +4,20 @@
 //! file -> decoded numbers -> luminance -> upright -> reduced, cropped, turned, graded -> framed -> Image, mean 1
 //! ```
 //!
-//! `docs/pictures.md` says what a file means as light. This module is written from that page and from the specifications of the
-//! formats, and shares nothing with the designer's reader: PNG goes through lodepng, JPEG through jpeg-decoder, WebP, GIF and
-//! OpenEXR through their crates without the front that the designer has before them; TIFF, BMP and PNM are taken apart here, and so
-//! are EXIF, PNG's chunks, and ICC profiles. A mistake of one reader is found by the other.
+//! `docs/pictures.md` says what a file means as light. This module is written from that page and
+//! from the specifications of the formats, and shares nothing with the designer's reader: PNG goes
+//! through lodepng, JPEG through jpeg-decoder, WebP, GIF and OpenEXR through their crates without
+//! the front that the designer has before them; TIFF, BMP and PNM are taken apart here, and so are
+//! EXIF, PNG's chunks, and ICC profiles. A mistake of one reader is found by the other.
 //!
 //! # Guarantees
 //!
 //! - What a file is, is told by its content, never by its name.
-//! - A [`Reference`] is upright, linear luminance, row 0 on top, every value finite and not negative, its mean 1.
-//! - What is not understood is refused by name ([`ReferenceError`]); no file makes the reader panic, and none takes more memory than its
-//!   length or its claimed pixels, whichever are fewer, pay for.
+//! - A [`Reference`] is upright, linear luminance, row 0 on top, every value finite and not
+//!   negative, its mean 1.
+//! - What is not understood is refused by name ([`ReferenceError`]); no file makes the reader
+//!   panic, and none takes more memory than its length or its claimed pixels, whichever are fewer,
+//!   pay for.
 //! - The same bytes and [`Options`] give the same light to the last bit, for any number of threads.
 
 mod colour;
@@ -58,7 +61,8 @@ pub enum Transfer {
 
 /// What is done to a picture on its way to light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+#[non_exhaustive]
+pub struct ReadOptions {
     /// In place of what the file says of its numbers.
     pub transfer: Option<Transfer>,
     /// Which layer of an OpenEXR file, if there are several with colour.
@@ -83,7 +87,7 @@ pub struct Options {
     pub offset: f64,
 }
 
-impl Default for Options {
+impl Default for ReadOptions {
     fn default() -> Self {
         Self {
             transfer: None,
@@ -103,11 +107,12 @@ impl Default for Options {
 
 /// The light that a picture asks for.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Reference {
     /// Irradiance by pixels of the framed picture, mean 1.
     pub light: Image,
-    /// How far two right readers of this file may be apart, as relative RMS: a rounding for exact formats, about one level of 255 for
-    /// lossy ones, whose standards leave that to the decoder.
+    /// How far two right readers of this file may be apart, as relative RMS: a rounding for exact
+    /// formats, about one level of 255 for lossy ones, whose standards leave that to the decoder.
     pub tolerance: f64,
     /// By how much it was reduced, 1 if not.
     pub reduced: usize,
@@ -121,7 +126,7 @@ impl Reference {
     ///
     /// # Errors
     /// See [`ReferenceError`].
-    pub fn open(path: &Path, options: &Options) -> Result<Self, ReferenceError> {
+    pub fn open(path: &Path, options: &ReadOptions) -> Result<Self, ReferenceError> {
         let bytes = fs::read(path).map_err(|source| ReferenceError::Read { path: path.into(), source })?;
         Self::parse(&bytes, options)
     }
@@ -130,7 +135,7 @@ impl Reference {
     ///
     /// # Errors
     /// See [`ReferenceError`].
-    pub fn parse(bytes: &[u8], options: &Options) -> Result<Self, ReferenceError> {
+    pub fn parse(bytes: &[u8], options: &ReadOptions) -> Result<Self, ReferenceError> {
         let refused = |what, value, must, flag| Err(ReferenceError::Option { what, value, must, flag });
         if !(options.offset.is_finite() && options.offset >= 0.0) {
             return refused("the constant that is added", options.offset, "not negative and finite", "--offset");
@@ -166,7 +171,8 @@ impl Reference {
         let mut light = Image::new(framed.nx, framed.ny, values);
         let mean = light.mean();
         light.values.par_iter_mut().for_each(|value| *value /= mean);
-        // Levels spread what lies between their black and white over all of the scale, and a decoder's last level with it.
+        // Levels spread what lies between their black and white over all of the scale, and a
+        // decoder's last level with it.
         let spread = options.levels.map_or(1.0, |levels| 1.0 / (levels.white - levels.black));
         let tolerance = if lossy { EXACT.max(spread * worth_of_a_level(&framed) / mean) } else { EXACT };
         Ok(Self { light, tolerance, reduced })
@@ -174,7 +180,7 @@ impl Reference {
 }
 
 /// The light of a picture, upright.
-fn light_of(decoded: Decoded, options: &Options) -> Result<Plane, ReferenceError> {
+fn light_of(decoded: Decoded, options: &ReadOptions) -> Result<Plane, ReferenceError> {
     let Decoded { raster, orientation, meaning, scaled_to_peak, .. } = decoded;
     let meaning = match options.transfer {
         Some(Transfer::Srgb) => Meaning::of(Tone::Srgb, REC_709),

@@ -7,6 +7,7 @@ pub(super) const GREATEST_TILT_DEG: f64 = 85.0;
 
 /// Why a solid cannot be examined on a bench.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneError {
     /// A number that no bench can have.
     #[error("{what} is {value}; it must lie between {least} and {greatest}")]

@@ -10,18 +10,19 @@ use std::sync::Arc;
 pub enum Light {
     /// Parallel light.
     Parallel {
-        /// Direction in which it travels before it meets the solid; need not be a unit vector. For glass z > 0, for a mirror
-        /// z < 0.
+        /// Direction in which it travels before it meets the solid; need not be a unit vector. For
+        /// glass z > 0, for a mirror z < 0.
         direction: DVec3,
     },
     /// Light from a point.
     Point {
-        /// The source, mm, in the bench's frame: before the entry face of glass, in front of the face of a mirror.
+        /// The source, mm, in the bench's frame: before the entry face of glass, in front of the
+        /// face of a mirror.
         position_mm: DVec3,
         /// How it emits.
         emission: Emission,
-        /// The axis from which `emission` counts its angles; the bench's (+z for glass, -z for a mirror) unless given. Need not
-        /// be a unit vector.
+        /// The axis from which `emission` counts its angles; the bench's (+z for glass, -z for a
+        /// mirror) unless given. Need not be a unit vector.
         axis: Option<DVec3>,
     },
 }
@@ -33,7 +34,8 @@ impl Light {
     }
 }
 
-/// Radiant intensity (flux per solid angle) of a point source by the angle to its axis; only its course has a meaning.
+/// Radiant intensity (flux per solid angle) of a point source by the angle to its axis; only its
+/// course has a meaning.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Emission {
     /// The same in every direction.
@@ -63,8 +65,9 @@ impl Emission {
     }
 }
 
-/// Relative intensity at ascending angles to the axis, as in files of the IES and LDT formats (of a source that is round about
-/// its axis). Linear between the angles, constant before the first, nothing beyond the last.
+/// Relative intensity at ascending angles to the axis, as in files of the IES and LDT formats (of a
+/// source that is round about its axis). Linear between the angles, constant before the first,
+/// nothing beyond the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IntensityTable(Arc<[(f64, f64)]>);
 
@@ -72,8 +75,8 @@ impl IntensityTable {
     /// Takes pairs of an angle (radians) and an intensity.
     ///
     /// # Errors
-    /// [`SceneError::Table`] for no pairs, angles that do not ascend from 0 or more to pi at most, an intensity that is negative or
-    /// not finite, or no light.
+    /// [`SceneError::Table`] for no pairs, angles that do not ascend from 0 or more to pi at most,
+    /// an intensity that is negative or not finite, or no light.
     pub fn new(pairs: &[(f64, f64)]) -> Result<Self, SceneError> {
         let refused = |row| Err(SceneError::Table { row });
         for (row, &(angle, intensity)) in pairs.iter().enumerate() {
@@ -99,8 +102,9 @@ impl IntensityTable {
     }
 }
 
-/// Irradiance of a beam as its user measured it: on the plane of the entry face of glass, on the plane z = 0 of a mirror, with the
-/// solid taken away. It stands in for what [`Emission`] would give there; the rays run as the [`Light`] says.
+/// Irradiance of a beam as its user measured it: on the plane of the entry face of glass, on the
+/// plane z = 0 of a mirror, with the solid taken away. It stands in for what [`Emission`] would
+/// give there; the rays run as the [`Light`] says.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BeamProfile {
     picture: Arc<Image>,
@@ -109,13 +113,13 @@ pub struct BeamProfile {
 }
 
 impl BeamProfile {
-    /// Takes a picture of relative irradiance (linear, any positive scale) of this size and place, mm. In the order of pictures, as
-    /// all [`Image`]s: row 0 at the greatest y, column 0 at the greatest x. Bilinear between the centres of pixels; outside of the
-    /// picture it is dark.
+    /// Takes a picture of relative irradiance (linear, any positive scale) of this size and place,
+    /// mm. In the order of pictures, as all [`Image`]s: row 0 at the greatest y, column 0 at the
+    /// greatest x. Bilinear between the centres of pixels; outside of the picture it is dark.
     ///
     /// # Errors
-    /// [`SceneError::Value`] for a size that is none, [`SceneError::Profile`] for a value that is negative or not finite,
-    /// [`SceneError::Dark`] without light.
+    /// [`SceneError::Value`] for a size that is none, [`SceneError::Profile`] for a value that is
+    /// negative or not finite, [`SceneError::Dark`] without light.
     pub fn new(picture: Image, size_mm: DVec2, centre_mm: DVec2) -> Result<Self, SceneError> {
         for (what, value, least) in [
             ("the width of the beam's picture (mm)", size_mm.x, 1e-6),

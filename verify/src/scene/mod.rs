@@ -1,16 +1,16 @@
 //! The bench on which a solid is examined.
 
 mod error;
+mod extent;
 mod light;
 mod optics;
-mod extent;
 mod surface;
 mod window;
 
 pub use error::SceneError;
+pub use extent::SourceExtent;
 pub use light::{BeamProfile, Emission, IntensityTable, Light};
 pub use optics::{Fresnel, Optics};
-pub use extent::Spread;
 pub use surface::{Geometry, Surface, Traversal};
 pub use window::Window;
 
@@ -19,8 +19,9 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// The optical bench: light, a solid of glass or a mirror, a receiver plane.
 ///
-/// The receiver is the plane through `(0, 0, distance_mm)`, turned about that point by [`receiver_turned`](Self::receiver_turned). Points
-/// on it are told in its own coordinates: `(y1, y2)` lies at `(0, 0, distance_mm) + R (y1, y2, 0)`.
+/// The receiver is the plane through `(0, 0, distance_mm)`, turned about that point by
+/// [`receiver_turned`](Self::receiver_turned). Points on it are told in its own coordinates:
+/// `(y1, y2)` lies at `(0, 0, distance_mm) + R (y1, y2, 0)`.
 ///
 /// ```
 /// use glam::{DVec2, DVec3};
@@ -51,14 +52,16 @@ pub struct Scene {
     pub light: Light,
     /// The irradiance of the beam, where it was measured.
     pub profile: Option<BeamProfile>,
-    /// The extent of the light: only [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
-    pub spread: Spread,
-    /// Roughness of the exit face: the root of the mean square, along x and along y, of slopes that are added to those of
-    /// the face, normally distributed and independent from ray to ray. Only [`photons`](crate::photons) see it. Only for a
+    /// The extent of the light: only [`photons`](crate::photons) see it. Only for a
     /// [`Block`](crate::Block).
+    pub source_extent: SourceExtent,
+    /// Roughness of the exit face: the root of the mean square, along x and along y, of slopes that
+    /// are added to those of the face, normally distributed and independent from ray to ray. Only
+    /// [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
     pub roughness: f64,
-    /// How the block is turned on the bench: a rotation vector, radians, about the centre of its mean exit plane (0, 0, 0). Light
-    /// and receiver stay where they are. Only for a [`Block`](crate::Block).
+    /// How the block is turned on the bench: a rotation vector, radians, about the centre of its
+    /// mean exit plane (0, 0, 0). Light and receiver stay where they are. Only for a
+    /// [`Block`](crate::Block).
     pub turned: DVec3,
     /// The part of the receiver that is looked at, in the receiver's own coordinates.
     pub window: Window,
@@ -87,7 +90,7 @@ impl Scene {
             receiver_turned: DVec3::ZERO,
             light: Light::Parallel { direction: DVec3::Z },
             profile: None,
-            spread: Spread::None,
+            source_extent: SourceExtent::None,
             roughness: 0.0,
             turned: DVec3::ZERO,
             window,
@@ -115,7 +118,8 @@ impl Scene {
         }
     }
 
-    /// Whether all light travels straight along +z into glass, evenly, to a receiver across the axis.
+    /// Whether all light travels straight along +z into glass, evenly, to a receiver across the
+    /// axis.
     pub fn is_straight(&self) -> bool {
         let up = matches!(&self.light, Light::Parallel { direction } if direction.normalize_or_zero() == DVec3::Z);
         let glass = matches!(self.optics, Optics::Refracts { .. });
@@ -135,7 +139,8 @@ impl Scene {
         (turned != DVec3::ZERO).then(|| DMat3::from_quat(DQuat::from_scaled_axis(turned)))
     }
 
-    /// Checks everything that does not depend on the solid's shape, given its least and greatest corner.
+    /// Checks everything that does not depend on the solid's shape, given its least and greatest
+    /// corner.
     pub(crate) fn validate(&self, lower: DVec3, upper: DVec3) -> Result<(), SceneError> {
         if let Optics::Refracts { ior } = self.optics {
             in_range("the refractive index", ior, 1.000_001, 10.0)?;
@@ -144,7 +149,7 @@ impl Scene {
         self.window.validate()?;
         in_range("the angle by which the block is turned (radians)", self.turned.length(), 0.0, 1.0)?;
         in_range("the roughness (rms slope)", self.roughness, 0.0, 1.0)?;
-        self.spread.validate(&self.light)?;
+        self.source_extent.validate(&self.light)?;
         in_range("the angle by which the receiver is turned (radians)", self.receiver_turned.length(), 0.0, 7.0)?;
         let block = Self::rotation(self.turned).unwrap_or(DMat3::IDENTITY);
         let corners = std::array::from_fn(|k: usize| {

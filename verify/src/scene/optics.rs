@@ -8,8 +8,9 @@ pub enum Optics {
         /// Refractive index of the solid relative to its surroundings.
         ior: f64,
     },
-    /// The exit face of a [`Block`](crate::Block) is a perfect front-surface mirror. Light comes from the receiver's side,
-    /// travelling -z, and what is behind the face plays no part. The receiver does not shade the mirror.
+    /// The exit face of a [`Block`](crate::Block) is a perfect front-surface mirror. Light comes
+    /// from the receiver's side, travelling -z, and what is behind the face plays no part. The
+    /// receiver does not shade the mirror.
     Reflects,
 }
 

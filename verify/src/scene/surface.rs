@@ -3,11 +3,12 @@
 /// How the exit face is understood between its vertices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Surface {
-    /// The not-a-knot bicubic spline through the vertices of a regular grid. Only for a [`Block`](crate::Block).
+    /// The not-a-knot bicubic spline through the vertices of a regular grid. Only for a
+    /// [`Block`](crate::Block).
     #[default]
     Spline,
-    /// Flat triangles with normals interpolated linearly between vertices, as renderers shade; of a block whose
-    /// [slopes](crate::Block::with_slopes) are known, with these.
+    /// Flat triangles with normals interpolated linearly between vertices, as renderers shade; of a
+    /// block whose [slopes](crate::Block::with_sloped_face) are known, with these.
     Smooth,
     /// Flat triangles with their own normals: the geometry of the file taken literally.
     Facets,
@@ -19,18 +20,20 @@ pub enum Geometry {
     /// From the surface where it really is.
     #[default]
     Displaced,
-    /// From the mean exit plane z = 0 with the normals of the surface: the assumption of the paper's section 2.1. Only
-    /// for a [`Block`](crate::Block).
+    /// From the mean exit plane z = 0 with the normals of the surface: the assumption of the
+    /// paper's section 2.1. Only for a [`Block`](crate::Block).
     NormalMappedPlane,
 }
 
-/// How the crossing of a ray with the exit face is found. Both ways give the same landing points, to the last bit.
+/// How the crossing of a ray with the exit face is found. Both ways give the same landing points,
+/// to the last bit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Traversal {
     /// By a bounding volume hierarchy over the face, as for any mesh.
     #[default]
     Bvh,
-    /// Light along the axis looks at the cell above it, which in a height field on a grid is the one that it meets; all other
-    /// rays go through the hierarchy. Only for a [`Block`](crate::Block); two to three times as fast.
+    /// Light along the axis looks at the cell above it, which in a height field on a grid is the
+    /// one that it meets; all other rays go through the hierarchy. Only for a
+    /// [`Block`](crate::Block); two to three times as fast.
     Grid,
 }

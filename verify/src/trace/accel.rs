@@ -1,9 +1,10 @@
 //! Finding where a ray meets triangles, without losing any ray between two of them.
 //!
-//! A compressed wide BVH in f32 proposes candidates; whether and where a ray meets a candidate is decided in f64 by the
-//! test of Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT 2013). Two triangles that share an edge
-//! compute the *same* edge function for it, with exactly opposite signs, so a ray can pass neither between them nor through
-//! a common vertex. The boxes are padded by more than f32 can err, so no candidate is missed either.
+//! A compressed wide BVH in f32 proposes candidates; whether and where a ray meets a candidate is
+//! decided in f64 by the test of Woop, Benthin and Wald (Watertight Ray/Triangle Intersection, JCGT
+//! 2013). Two triangles that share an edge compute the *same* edge function for it, with exactly
+//! opposite signs, so a ray can pass neither between them nor through a common vertex. The boxes
+//! are padded by more than f32 can err, so no candidate is missed either.
 
 use glam::{DVec2, DVec3, UVec2, Vec3A};
 use obvhs::{
@@ -16,10 +17,12 @@ use obvhs::{
 use rayon::prelude::*;
 use std::time::Duration;
 
-/// Builds two million triangles in about a second on two cores; better hierarchies cost more than they save.
+/// Builds two million triangles in about a second on two cores; better hierarchies cost more than
+/// they save.
 const PRESET: BvhBuildParams = BvhBuildParams::very_fast_build();
 
-/// A ray prepared for the watertight test: space is sheared and scaled so that it runs along +z from the origin.
+/// A ray prepared for the watertight test: space is sheared and scaled so that it runs along +z
+/// from the origin.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SearchRay {
     pub(crate) origin: DVec3,
@@ -27,7 +30,8 @@ pub(crate) struct SearchRay {
     axis: Axis,
     /// Shear along x and y, scale along z.
     shear: DVec3,
-    /// -1 for a ray against its axis: mirrors x, so that orientation is kept where z is turned round.
+    /// -1 for a ray against its axis: mirrors x, so that orientation is kept where z is turned
+    /// round.
     mirror: f64,
 }
 
@@ -86,7 +90,8 @@ pub(crate) struct Crossing {
     pub(crate) t: f64,
     /// Barycentric weights of the three corners.
     pub(crate) weights: DVec3,
-    /// Whether the ray runs with the outward normal (counter-clockwise corners): it leaves the solid.
+    /// Whether the ray runs with the outward normal (counter-clockwise corners): it leaves the
+    /// solid.
     pub(crate) outwards: bool,
 }
 
@@ -96,7 +101,8 @@ pub(crate) fn edge(a: DVec2, b: DVec2) -> f64 {
     a.x * b.y - a.y * b.x
 }
 
-/// Whether a ray passes beside everything between these corners, sheared so that it is the origin: most candidates are told off so.
+/// Whether a ray passes beside everything between these corners, sheared so that it is the origin:
+/// most candidates are told off so.
 #[inline(always)]
 pub(crate) fn passes_beside(corners: &[(DVec2, f64); 4]) -> bool {
     let lo = corners[0].0.min(corners[1].0).min(corners[2].0).min(corners[3].0);
@@ -104,7 +110,8 @@ pub(crate) fn passes_beside(corners: &[(DVec2, f64); 4]) -> bool {
     lo.cmpgt(DVec2::ZERO).any() || hi.cmplt(DVec2::ZERO).any()
 }
 
-/// Where a ray passes through a triangle, given its corners in the ray's sheared space. The border counts as inside.
+/// Where a ray passes through a triangle, given its corners in the ray's sheared space. The border
+/// counts as inside.
 #[inline]
 pub(crate) fn crossing(corners: [(DVec2, f64); 3]) -> Option<Crossing> {
     let [(a, za), (b, zb), (c, zc)] = corners;
@@ -118,8 +125,8 @@ pub(crate) fn crossing(corners: [(DVec2, f64); 3]) -> Option<Crossing> {
         return None; // Seen edge-on: its neighbours cover the ray.
     }
     let weights = w / sum;
-    // Along the ray the area is positive when the corners turn counter-clockwise as seen against +z, that is from where
-    // the ray goes to: then the outward normal points along the ray.
+    // Along the ray the area is positive when the corners turn counter-clockwise as seen against
+    // +z, that is from where the ray goes to: then the outward normal points along the ray.
     Some(Crossing { t: weights.x * za + weights.y * zb + weights.z * zc, weights, outwards: sum > 0.0 })
 }
 
@@ -127,16 +134,20 @@ pub(crate) fn crossing(corners: [(DVec2, f64); 3]) -> Option<Crossing> {
 #[derive(Debug)]
 pub(crate) struct Accelerator {
     bvh: CwBvh,
-    /// How far rays start before their origin in the f32 traversal, which is blind very close to the start, mm.
+    /// How far rays start before their origin in the f32 traversal, which is blind very close to
+    /// the start, mm.
     back_mm: f64,
 }
 
 impl Accelerator {
-    /// Builds the hierarchy from the boxes (least and greatest corner, mm) of primitives `0..count`.
+    /// Builds the hierarchy from the boxes (least and greatest corner, mm) of primitives
+    /// `0..count`.
     ///
-    /// `reach_mm` bounds the coordinates of every ray origin; origins should stay near the primitives.
+    /// `reach_mm` bounds the coordinates of every ray origin; origins should stay near the
+    /// primitives.
     pub(crate) fn build(count: usize, reach_mm: f64, bounds: impl Fn(usize) -> (DVec3, DVec3) + Sync) -> Self {
-        // An f32 slab test errs by a few units in the last place (2^-24) of the largest coordinate difference.
+        // An f32 slab test errs by a few units in the last place (2^-24) of the largest coordinate
+        // difference.
         let padding = 16.0 * f64::from(f32::EPSILON) * reach_mm;
         let boxes: Vec<Aabb> = (0..count)
             .into_par_iter()
@@ -150,14 +161,16 @@ impl Accelerator {
         Self { bvh, back_mm: 0.01 + 64.0 * padding }
     }
 
-    /// The primitive in every slot. Neighbours in space have slots near each other: what a test needs should lie in this order.
+    /// The primitive in every slot. Neighbours in space have slots near each other: what a test
+    /// needs should lie in this order.
     pub(crate) fn order(&self) -> &[u32] {
         &self.bvh.primitive_indices
     }
 
-    /// Visits candidate slots along the ray; `test` returns the distance of a hit. Ends with all visited that could hold a
-    /// hit as near as the nearest found: what is found does not depend on the order of visits, provided that `test` keeps
-    /// the nearest and breaks ties by the primitive's number.
+    /// Visits candidate slots along the ray; `test` returns the distance of a hit. Ends with all
+    /// visited that could hold a hit as near as the nearest found: what is found does not depend on
+    /// the order of visits, provided that `test` keeps the nearest and breaks ties by the
+    /// primitive's number.
     #[inline]
     pub(crate) fn visit(&self, ray: &SearchRay, mut test: impl FnMut(usize) -> Option<f64>) {
         let single = |v: DVec3| Vec3A::new(v.x as f32, v.y as f32, v.z as f32);

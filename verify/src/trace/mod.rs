@@ -3,14 +3,14 @@
 mod accel;
 mod block;
 mod facets;
-mod reentry;
 mod illumination;
 mod path;
 mod receiver;
+mod reentry;
 mod refraction;
 mod solid;
 mod tracer;
 
 pub(crate) use block::{FromFacet, Row};
-pub use path::{End, Path};
+pub use path::{End, RayPath};
 pub use tracer::Tracer;

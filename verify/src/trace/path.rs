@@ -7,9 +7,11 @@ use glam::DVec2;
 pub enum End {
     /// On the receiver plane, at this point, mm.
     Receiver(DVec2),
-    /// At an interface, beyond the critical angle. (Traced as a full solid: after too many reflections inside.)
+    /// At an interface, beyond the critical angle. (Traced as a full solid: after too many
+    /// reflections inside.)
     TotallyReflected,
-    /// At a side wall, or at the solid again after leaving it. (Traced as a full solid: anywhere but on the receiver.)
+    /// At a side wall, or at the solid again after leaving it. (Traced as a full solid: anywhere
+    /// but on the receiver.)
     Side,
     /// Past the solid without touching it.
     Beside,
@@ -19,19 +21,21 @@ pub enum End {
 
 /// Where a ray goes, following refraction wherever it is possible.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Path {
+#[non_exhaustive]
+pub struct RayPath {
     /// How it ends.
     pub end: End,
     /// The part of its power that arrives there; the rest is reflected on the way.
     pub transmittance: f64,
-    /// Its power for the rectangle of plan that it stands for, in units of the mean over the aperture: how bright the light is
-    /// there. 0 where the face lies in its own shadow.
+    /// Its power for the rectangle of plan that it stands for, in units of the mean over the
+    /// aperture: how bright the light is there. 0 where the face lies in its own shadow.
     pub power: f64,
-    /// Rays of different signature took different kinds of ways: the map from aperture to receiver tears between them.
+    /// Rays of different signature took different kinds of ways: the map from aperture to receiver
+    /// tears between them.
     pub(crate) signature: u32,
 }
 
-impl Path {
+impl RayPath {
     /// No light.
     pub(crate) const DARK: Self = Self { power: 0.0, ..Self::ended(End::Side, 1.0) };
 

@@ -10,42 +10,44 @@ const MARGIN_MM: f64 = 1e-9;
 
 /// Which rays surely meet no triangle from outside.
 ///
-/// A ray within 45 degrees of +z runs with the normal of every triangle whose normal is within 45 degrees of +z, and so cannot
-/// enter there. All others are in a few planes, as walls are, behind which the ray has to begin, or end lower than it does.
+/// A ray within 45 degrees of +z runs with the normal of every triangle whose normal is within 45
+/// degrees of +z, and so cannot enter there. All others are in a few planes, as walls are, behind
+/// which the ray has to begin, or end lower than it does.
 #[derive(Debug)]
-pub(super) struct Gate {
+pub(super) struct ReentryTest {
     /// Outward normals, and where along them the planes are, mm.
     planes: Vec<(DVec3, f64)>,
     /// Greatest height of the triangles in no such plane, mm.
     top_mm: f64,
 }
 
-impl Gate {
+impl ReentryTest {
     pub(super) fn new(mesh: &Mesh) -> Self {
-        let mut gate = Self { planes: Vec::new(), top_mm: f64::NEG_INFINITY };
+        let mut reentry = Self { planes: Vec::new(), top_mm: f64::NEG_INFINITY };
         for k in 0..mesh.triangles.len() {
             let [a, b, c] = mesh.corners(k);
             let normal = (b - a).cross(c - a).normalize_or_zero();
             if normal.z > 1.001 * normal.truncate().length() {
                 continue;
             }
-            // Behind a plane through or before all corners, a ray is behind the triangle, if it faces the same way.
+            // Behind a plane through or before all corners, a ray is behind the triangle, if it
+            // faces the same way.
             let in_plane = |&(n, at): &(DVec3, f64)| normal.distance_squared(n) == 0.0 && a.dot(n) == at;
-            if gate.planes.iter().any(in_plane) {
+            if reentry.planes.iter().any(in_plane) {
                 continue;
             }
-            if gate.planes.len() < MOST_PLANES {
-                gate.planes.push((normal, a.dot(normal)));
+            if reentry.planes.len() < MOST_PLANES {
+                reentry.planes.push((normal, a.dot(normal)));
             } else {
-                gate.top_mm = gate.top_mm.max(a.z.max(b.z).max(c.z));
+                reentry.top_mm = reentry.top_mm.max(a.z.max(b.z).max(c.z));
             }
         }
-        gate
+        reentry
     }
 
     /// Whether this ray, which is outside of the solid, surely does not enter it.
     #[inline]
-    pub(super) fn lets_pass(&self, origin: DVec3, d: DVec3) -> bool {
+    pub(super) fn rules_out(&self, origin: DVec3, d: DVec3) -> bool {
         d.z > 0.0
             && d.z * d.z >= d.x * d.x + d.y * d.y
             && origin.z >= self.top_mm
@@ -87,9 +89,9 @@ mod tests {
 
     #[test]
     fn light_that_leaves_a_roof_passes_and_light_at_a_wall_does_not() {
-        let gate = Gate::new(&house());
-        assert!(gate.planes.len() == 5 && gate.top_mm == f64::NEG_INFINITY, "{gate:?}");
-        let passes = |from, to| gate.lets_pass(from, to);
+        let reentry = ReentryTest::new(&house());
+        assert!(reentry.planes.len() == 5 && reentry.top_mm == f64::NEG_INFINITY, "{reentry:?}");
+        let passes = |from, to| reentry.rules_out(from, to);
         let roof = DVec3::new(0.25, 0.5, 1.125);
         for aside in [-0.7, 0.0, 0.7] {
             assert!(passes(roof, DVec3::new(aside, 0.0, 1.0).normalize()), "{aside}");

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 /// What an interface does to a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Interface {
+pub(crate) enum RefractionOutcome {
     /// The ray goes on.
     Refracted(Refraction),
     /// Beyond the critical angle: everything is reflected.
@@ -34,25 +34,27 @@ impl Refraction {
 
 /// Snell's law.
 ///
-/// `direction` and `normal` are unit vectors with a positive product: the normal points to where the light goes. `eta` is
-/// the index before the interface divided by the one behind it. In vector form `t = eta d + (cos_t - eta cos_i) n`.
+/// `direction` and `normal` are unit vectors with a positive product: the normal points to where
+/// the light goes. `eta` is the index before the interface divided by the one behind it. In vector
+/// form `t = eta d + (cos_t - eta cos_i) n`.
 #[inline]
-pub(crate) fn refract(direction: DVec3, normal: DVec3, eta: f64) -> Interface {
+pub(crate) fn refract(direction: DVec3, normal: DVec3, eta: f64) -> RefractionOutcome {
     let cos_i = direction.dot(normal);
     let cos2_t = 1.0 - eta * eta * (1.0 - cos_i * cos_i);
     if cos2_t <= 0.0 {
-        return Interface::TotallyReflected;
+        return RefractionOutcome::TotallyReflected;
     }
     let cos_t = cos2_t.sqrt();
     let direction = eta * direction + (cos_t - eta * cos_i) * normal;
-    Interface::Refracted(Refraction { direction, eta, cos_i, cos_t })
+    RefractionOutcome::Refracted(Refraction { direction, eta, cos_i, cos_t })
 }
 
-/// Snell's law for light along z that meets a face of these slopes in a medium of this index relative to the one behind it: what the
-/// light goes aside for every unit along z. NaN beyond the critical angle.
+/// Snell's law for light along z that meets a face of these slopes in a medium of this index
+/// relative to the one behind it: what the light goes aside for every unit along z. NaN beyond the
+/// critical angle.
 ///
-/// With the normal `(-slope, 1)`, whose square is `g`, [`refract`] reads `t = (0, 0, ior) + ((w - ior) / g) normal` where
-/// `w^2 = g - ior^2 (g - 1)`.
+/// With the normal `(-slope, 1)`, whose square is `g`, [`refract`] reads
+/// `t = (0, 0, ior) + ((w - ior) / g) normal` where `w^2 = g - ior^2 (g - 1)`.
 #[inline(always)]
 pub(crate) fn tangent_behind(slope: DVec2, ior: f64) -> DVec2 {
     let g = 1.0 + slope.length_squared();
@@ -75,7 +77,8 @@ mod tests {
         for degrees in [0.0, 5.0, 20.0, 40.0] {
             let a = f64::to_radians(degrees);
             let direction = DVec3::new(a.sin(), 0.0, a.cos());
-            let Interface::Refracted(Refraction { direction: out, .. }) = refract(direction, DVec3::Z, 1.5) else {
+            let RefractionOutcome::Refracted(Refraction { direction: out, .. }) = refract(direction, DVec3::Z, 1.5)
+            else {
                 panic!()
             };
             assert!((out.x - 1.5 * a.sin()).abs() < 1e-15 && (out.length() - 1.0).abs() < 1e-15);
@@ -86,15 +89,16 @@ mod tests {
     fn the_limit_of_total_reflection_is_where_it_should_be() {
         let limit = f64::asin(1.0 / 1.5);
         let at = |a: f64| refract(DVec3::new(a.sin(), 0.0, a.cos()), DVec3::Z, 1.5);
-        assert!(matches!(at(limit - 1e-9), Interface::Refracted(_)));
-        assert_eq!(at(limit + 1e-9), Interface::TotallyReflected);
+        assert!(matches!(at(limit - 1e-9), RefractionOutcome::Refracted(_)));
+        assert_eq!(at(limit + 1e-9), RefractionOutcome::TotallyReflected);
     }
 
     #[test]
     fn light_along_the_axis_obeys_the_same_law() {
         for slope in [DVec2::ZERO, DVec2::new(0.3, -0.2), DVec2::new(-0.8, 0.1), DVec2::new(0.0, 1e-9)] {
             for ior in [1.5, 1.0 / 1.5] {
-                let Interface::Refracted(left) = refract(DVec3::Z, (-slope).extend(1.0).normalize(), ior) else {
+                let RefractionOutcome::Refracted(left) = refract(DVec3::Z, (-slope).extend(1.0).normalize(), ior)
+                else {
                     panic!("{slope} is within the critical angle")
                 };
                 let wanted = left.direction.truncate() / left.direction.z;
@@ -107,8 +111,8 @@ mod tests {
     #[test]
     fn fresnel_has_its_textbook_values() {
         let transmittance = |a: f64, eta: f64| match refract(DVec3::new(a.sin(), 0.0, a.cos()), DVec3::Z, eta) {
-            Interface::Refracted(refraction) => refraction.transmittance(),
-            Interface::TotallyReflected => 0.0,
+            RefractionOutcome::Refracted(refraction) => refraction.transmittance(),
+            RefractionOutcome::TotallyReflected => 0.0,
         };
         assert!((transmittance(0.0, 1.0 / 1.5) - 0.96).abs() < 1e-15, "4 % at normal incidence on n = 1.5");
         assert!((transmittance(0.0, 1.5) - 0.96).abs() < 1e-15, "the same from inside");

@@ -2,14 +2,14 @@
 
 use super::{
     block::{BlockTracer, FacetLines, Lattice, Row},
-    path::{End, Path},
+    path::{End, RayPath},
     solid::SolidTracer,
 };
 use crate::{
     block::Block,
     mesh::Mesh,
-    random::Dice,
-    scene::{Optics, Scene, SceneError, Spread},
+    random::PhotonRandom,
+    scene::{Optics, Scene, SceneError, SourceExtent},
 };
 use glam::DVec2;
 
@@ -27,8 +27,8 @@ enum Kind {
 }
 
 impl Tracer {
-    /// Prepares a block: through the entry face, the exit face and the gap to the receiver, or from the light to the mirror and
-    /// the receiver.
+    /// Prepares a block: through the entry face, the exit face and the gap to the receiver, or from
+    /// the light to the mirror and the receiver.
     ///
     /// # Errors
     /// A bench that cannot be, or no light on the exit face.
@@ -41,15 +41,15 @@ impl Tracer {
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
     ///
     /// # Errors
-    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning, spread light, roughness), normals that the file has not, or
-    /// no light.
+    /// A bench that cannot be, a choice that only a block allows (mirror, spline, plane, turning,
+    /// spread light, roughness), normals that the file has not, or no light.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         let (lower, upper) = mesh.bounds();
         scene.validate(lower, upper)?;
         if scene.turned != glam::DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
         }
-        if scene.spread != Spread::None || scene.roughness != 0.0 {
+        if scene.source_extent != SourceExtent::None || scene.roughness != 0.0 {
             return Err(SceneError::Needs(
                 "only the light of a block can be spread, and only its exit face can be rough",
             ));
@@ -67,8 +67,9 @@ impl Tracer {
         &self.scene
     }
 
-    /// The rectangle (least and greatest corner, mm) over which light is counted: the plan of a block's exit face, all of which
-    /// is lit however oblique the light; of another solid, whatever of its lowest plane the light for any part of it passes.
+    /// The rectangle (least and greatest corner, mm) over which light is counted: the plan of a
+    /// block's exit face, all of which is lit however oblique the light; of another solid, whatever
+    /// of its lowest plane the light for any part of it passes.
     pub fn aperture_mm(&self) -> (DVec2, DVec2) {
         match &self.kind {
             Kind::Block(block) => block.aperture(),
@@ -76,8 +77,9 @@ impl Tracer {
         }
     }
 
-    /// The part of the light for a block's exit face which comes to it by a side wall of the file's solid, or past a rim that
-    /// shades it, and so is missing in the picture. Among what [`Flux::side`](crate::Flux::side) counts. 0 for other solids.
+    /// The part of the light for a block's exit face which comes to it by a side wall of the file's
+    /// solid, or past a rim that shades it, and so is missing in the picture. Among what
+    /// [`Flux::side`](crate::Flux::side) counts. 0 for other solids.
     pub fn vignetting(&self) -> f64 {
         match &self.kind {
             Kind::Block(block) => block.vignetting(),
@@ -85,28 +87,30 @@ impl Tracer {
         }
     }
 
-    /// Follows the ray that passes `(x, y)` = `start_mm` in the plane of the lowest point of the solid (of a mirror, in the plane
-    /// z = 0). Its power is not told: [`path_at`](Self::path_at) does.
+    /// Follows the ray that passes `(x, y)` = `start_mm` in the plane of the lowest point of the
+    /// solid (of a mirror, in the plane z = 0). Its power is not told: [`path_at`](Self::path_at)
+    /// does.
     #[inline]
-    pub fn path(&self, start_mm: DVec2) -> Path {
+    pub fn path(&self, start_mm: DVec2) -> RayPath {
         match &self.kind {
             Kind::Block(block) => block.path(start_mm),
             Kind::Solid(solid) => solid.path(start_mm),
         }
     }
 
-    /// Follows the ray that stands for the light at a point of the [aperture](Self::aperture_mm): in a block, the one that lights
-    /// the exit face above `(x, y)` = `at_mm`.
+    /// Follows the ray that stands for the light at a point of the [aperture](Self::aperture_mm):
+    /// in a block, the one that lights the exit face above `(x, y)` = `at_mm`.
     #[inline]
-    pub fn path_at(&self, at_mm: DVec2) -> Path {
+    pub fn path_at(&self, at_mm: DVec2) -> RayPath {
         match &self.kind {
             Kind::Block(block) => block.path_at(at_mm),
             Kind::Solid(solid) => solid.path_at(at_mm),
         }
     }
 
-    /// Angle between the light for a point of a block's exit face, above `(x, y)` = `at_mm`, and the normal of the face there, radians: in the
-    /// glass, or before the mirror. None where no light comes, and in other solids.
+    /// Angle between the light for a point of a block's exit face, above `(x, y)` = `at_mm`, and
+    /// the normal of the face there, radians: in the glass, or before the mirror. None where no
+    /// light comes, and in other solids.
     pub fn incidence_at(&self, at_mm: DVec2) -> Option<f64> {
         match &self.kind {
             Kind::Block(block) => block.incidence_at(at_mm),
@@ -128,7 +132,8 @@ impl Tracer {
         }
     }
 
-    /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row) can follow them.
+    /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row)
+    /// can follow them.
     pub(crate) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
         match &self.kind {
             Kind::Block(block) => block.columns(xs),
@@ -151,14 +156,15 @@ impl Tracer {
         }
     }
 
-    /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends, the parts of the ray's power that
-    /// arrive there, which sum to at most 1, and that power; the rest is light reflected out of the way. Returns the power. Light
-    /// that is spread comes from where the dice say.
+    /// Follows everything that the ray at a point of the aperture splits into. `sink` is told ends,
+    /// the parts of the ray's power that arrive there, which sum to at most 1, and that power; the
+    /// rest is light reflected out of the way. Returns the power. Light that is spread comes from
+    /// where the random numbers say.
     #[inline]
-    pub(crate) fn all_paths(&self, at_mm: DVec2, dice: &Dice, mut sink: impl FnMut(End, f64, f64)) -> f64 {
+    pub(crate) fn all_paths(&self, at_mm: DVec2, random: &PhotonRandom, mut sink: impl FnMut(End, f64, f64)) -> f64 {
         match &self.kind {
             Kind::Block(block) => {
-                let path = block.followed_at(at_mm, dice);
+                let path = block.followed_at(at_mm, random);
                 sink(path.end, path.transmittance, path.power);
                 path.power
             }
@@ -189,13 +195,16 @@ mod tests {
             let tracer = Tracer::for_block(&block, &scene).unwrap();
             let End::Receiver(landing) = tracer.path(DVec2::new(1.0, 2.0)).end else { panic!("no landing") };
             // By hand, in the plane of x and z: the turn takes +z towards +x.
-            let inside = (angle.sin() / ior).asin(); // From the normal of the entry face, towards -x of the block.
-            // From the start on the entry face to the plane z = slope x of the exit face, in the block's frame.
+            // From the normal of the entry face, towards -x of the block.
+            let inside = (angle.sin() / ior).asin();
+            // From the start on the entry face to the plane z = slope x of the exit face, in the
+            // block's frame.
             let t = (8.0 + slope * 1.0) / (inside.cos() + slope * inside.sin());
             let (x, z) = (1.0 - t * inside.sin(), t * inside.cos() - 8.0);
             // The exit face's normal leans by the slope towards -x.
             let tilt = slope.atan();
-            let leaves = (ior * (inside - tilt).sin()).asin() + tilt; // From z of the block towards -x.
+            // From z of the block towards -x.
+            let leaves = (ior * (inside - tilt).sin()).asin() + tilt;
             let (bench_x, bench_z) = (x * angle.cos() + z * angle.sin(), z * angle.cos() - x * angle.sin());
             let wanted = bench_x + (distance - bench_z) * (angle - leaves).tan();
             assert!((landing.x - wanted).abs() < 1e-9 && (landing.y - 2.0).abs() < 1e-9, "{landing} for {wanted}");

@@ -1,7 +1,8 @@
 //! From wavelengths to colours.
 
-/// The CIE 1931 colour matching functions x, y and z of the standard observer at a wavelength (nm), by the sums of piecewise Gaussians
-/// of Wyman, Sloan and Shirley (Simple Analytic Approximations to the CIE XYZ Color Matching Functions, JCGT 2013, table 1).
+/// The CIE 1931 colour matching functions x, y and z of the standard observer at a wavelength (nm),
+/// by the sums of piecewise Gaussians of Wyman, Sloan and Shirley (Simple Analytic Approximations
+/// to the CIE XYZ Color Matching Functions, JCGT 2013, table 1).
 pub fn colour_matching(wavelength_nm: f64) -> [f64; 3] {
     // Height, place, width below and above it.
     let lobe = |height: f64, at: f64, below: f64, above: f64| {

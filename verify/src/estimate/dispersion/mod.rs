@@ -23,9 +23,11 @@ const RAYS: usize = 256;
 
 /// The caustic of white light.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Dispersed {
-    /// Linear red, green and blue with the primaries of sRGB. The even light of the aperture spread over the window is (1, 1, 1), whatever
-    /// lamp it comes from: the eye, or a camera, is taken to be balanced to it. Colours beyond the primaries have negative parts.
+    /// Linear red, green and blue with the primaries of sRGB. The even light of the aperture spread
+    /// over the window is (1, 1, 1), whatever lamp it comes from: the eye, or a camera, is taken to
+    /// be balanced to it. Colours beyond the primaries have negative parts.
     pub rgb: [Image; 3],
     /// How bright it looks: CIE's luminance of white light, 1 for even light.
     pub luminance: Image,
@@ -35,20 +37,23 @@ pub struct Dispersed {
 
 /// By how much colours part.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Fringing {
     /// Indices at the [lines](LINES_NM), blue and red.
     pub ior: [f64; 2],
-    /// Root of the mean square distance between the points where the blue and the red of one ray land, mm.
+    /// Root of the mean square distance between the points where the blue and the red of one ray
+    /// land, mm.
     pub rms_mm: f64,
     /// The greatest such distance, mm.
     pub worst_mm: f64,
-    /// Relative RMS difference between the luminance of white light and the light of the scene's own index: how much the picture
-    /// loses of its sharpness.
+    /// Relative RMS difference between the luminance of white light and the light of the scene's
+    /// own index: how much the picture loses of its sharpness.
     pub rel_rms: f64,
 }
 
-/// Looks at a block in white light of equal energy, whose index by wavelength (nm) is `ior_at`; the scene's own index is that of the
-/// design. `beams_across` rays along x and y are traced for each of fifteen wavelengths, as by [`beams`].
+/// Looks at a block in white light of equal energy, whose index by wavelength (nm) is `ior_at`; the
+/// scene's own index is that of the design. `beams_across` rays along x and y are traced for each
+/// of fifteen wavelengths, as by [`beams`].
 ///
 /// # Errors
 /// A mirror, which does not disperse; a bench that cannot be with one of the indices; no light.
@@ -87,8 +92,9 @@ pub fn disperse(
     Ok(Dispersed { rgb, luminance, fringing: Fringing { ior, rms_mm, worst_mm, rel_rms } })
 }
 
-/// Root of the mean square distance, and the greatest, between landing points of the same rays by two tracers, mm. In oblique or
-/// spreading light rays are the same where they light the same points of the exit face.
+/// Root of the mean square distance, and the greatest, between landing points of the same rays by
+/// two tracers, mm. In oblique or spreading light rays are the same where they light the same
+/// points of the exit face.
 fn parting(blue: &Tracer, red: &Tracer) -> (f64, f64) {
     let (lower, upper) = blue.aperture_mm();
     let apart = |k: usize| {

@@ -2,14 +2,15 @@
 
 /// An estimate against a target, with the noise's own part taken out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NoisyError {
+#[non_exhaustive]
+pub struct UnbiasedError {
     /// Mean square error without bias: the noise does not add to it, and so it can be negative.
     pub mean_square: f64,
     /// Standard error of `mean_square`.
     pub mean_square_error: f64,
 }
 
-impl NoisyError {
+impl UnbiasedError {
     /// Relative RMS error; 0 where nothing rises above the noise.
     pub fn rel_rms(&self) -> f64 {
         self.mean_square.max(0.0).sqrt()
@@ -26,16 +27,18 @@ impl NoisyError {
 
 /// How far photons are from an image that should be the same light.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Agreement {
+#[non_exhaustive]
+pub struct PhotonAgreement {
     /// Mean square difference of the photons from the image, less their noise.
     pub difference: f64,
     /// Its standard error if both show the same light.
     pub standard_error: f64,
 }
 
-impl Agreement {
-    /// The difference in standard errors, without its sign. If both show the same light it is distributed as the magnitude of a
-    /// standard normal variable: beyond 2 once in 22 cases, beyond 4 once in 16 000.
+impl PhotonAgreement {
+    /// The difference in standard errors, without its sign. If both show the same light it is
+    /// distributed as the magnitude of a standard normal variable: beyond 2 once in 22 cases,
+    /// beyond 4 once in 16 000.
     pub fn standard_errors(&self) -> f64 {
         if self.difference == 0.0 { 0.0 } else { (self.difference / self.standard_error).abs() }
     }

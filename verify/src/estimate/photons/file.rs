@@ -1,14 +1,15 @@
 //! Tallies as files, so that parts of a run can be computed on many machines.
 //!
-//! A tally is an OpenEXR file. Channels of 32-bit unsigned integers hold the exact sums, least significant word first:
-//! `sum.0`, `sum.1` every pixel's power in units of 2^-32 of a photon's, `square.0` to `square.3` the sum over replicates of
-//! its square. The channels `Y` (irradiance) and `noise` (its standard error) hold what follows from them in single
-//! precision, for viewers. What else belongs to a tally stands in the attribute `comments`, as text.
+//! A tally is an OpenEXR file. Channels of 32-bit unsigned integers hold the exact sums, least
+//! significant word first: `sum.0`, `sum.1` every pixel's power in units of 2^-32 of a photon's,
+//! `square.0` to `square.3` the sum over replicates of its square. The channels `Y` (irradiance)
+//! and `noise` (its standard error) hold what follows from them in single precision, for viewers.
+//! What else belongs to a tally stands in the attribute `comments`, as text.
 
 use super::tally::{MOST_REPLICATES, MOST_STRATA, PhotonTally};
 use crate::{
-    estimate::flux::Tally,
-    picture::{PictureError, read_exr_layer, write_whole},
+    estimate::flux::PowerTally,
+    image_file::{ImageFileError, read_exr_layer, write_whole},
 };
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, ImageAttributes, Layer,
@@ -23,6 +24,7 @@ use std::{
 
 /// Why a file gives no tally.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TallyError {
     /// The file system refused.
     #[error("cannot read {}: {source}", path.display())]
@@ -46,13 +48,13 @@ pub enum TallyError {
 const KIND: &str = "glasswarp photon tally, version 2";
 
 impl PhotonTally {
-    /// Writes the tally. `bench` says, in one line, what was looked at: parts of different benches must not be merged.
-    /// Equal tallies give equal files, byte by byte.
+    /// Writes the tally. `bench` says, in one line, what was looked at: parts of different benches
+    /// must not be merged. Equal tallies give equal files, byte by byte.
     ///
     /// # Errors
-    /// See [`PictureError`].
-    pub fn write(&self, path: &Path, bench: &str) -> Result<(), PictureError> {
-        let failed = |reason: String| PictureError::Encode { path: path.into(), reason };
+    /// See [`ImageFileError`].
+    pub fn write(&self, path: &Path, bench: &str) -> Result<(), ImageFileError> {
+        let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
         let integers = |name: &str, words: usize, of: &[u128]| -> Vec<AnyChannel<FlatSamples>> {
             let word = |w: usize| FlatSamples::U32(of.iter().map(|v| (v >> (32 * w)) as u32).collect());
             (0..words).map(|w| AnyChannel::new(format!("{name}.{w}").as_str(), word(w))).collect()
@@ -159,7 +161,7 @@ fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
         pixels: (layer.size.0, layer.size.1),
         replicates: small(fixed("replicates", 1)?[0])?,
         done: numbers("done", text("done")?)?,
-        fates: Tally::of_words(fates.try_into().map_err(|_| "its fates are not seven".to_owned())?),
+        fates: PowerTally::of_words(fates.try_into().map_err(|_| "its fates are not seven".to_owned())?),
         sums: words("sum", SUM_WORDS)?,
         squares: words("square", SQUARE_WORDS)?,
     };
@@ -172,7 +174,8 @@ fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
     Ok((tally, text("bench")?.to_owned()))
 }
 
-/// Every photon's power is somewhere, if all have the same, and the pixels hold what is said to have met the window.
+/// Every photon's power is somewhere, if all have the same, and the pixels hold what is said to
+/// have met the window.
 fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     let ascending = tally.done.windows(2).all(|pair| pair[0] < pair[1]);
     let last = tally.done.last().copied().unwrap_or(u32::MAX);
@@ -183,8 +186,8 @@ fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     if columns.max(rows) > MOST_STRATA {
         return Err(format!("{columns} x {rows} strata are more than there can be"));
     }
-    let booked = tally.fates.words().iter().try_fold(0u128, |sum, &units| sum.checked_add(units));
-    if booked.is_none() || tally.is_even() != even {
+    let recorded = tally.fates.words().iter().try_fold(0u128, |sum, &units| sum.checked_add(units));
+    if recorded.is_none() || tally.is_even() != even {
         return Err(format!("{} photons do not account for its fates", tally.photons()));
     }
     if tally.sums.iter().sum::<u128>() != tally.fates.window {
@@ -201,7 +204,7 @@ fn check(tally: &PhotonTally, even: bool) -> Result<(), String> {
     Ok(())
 }
 
-impl Tally {
+impl PowerTally {
     fn words(&self) -> [u128; 7] {
         [self.window, self.missed, self.totally_reflected, self.side, self.reflected, self.beside, self.lost]
     }

@@ -1,13 +1,14 @@
-//! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere and added up.
+//! Photons: a stochastic estimate that knows its own error, in parts that can be computed anywhere
+//! and added up.
 
 mod agreement;
 mod file;
-mod sobol;
 mod plan;
 mod shoot;
+mod sobol;
 mod tally;
 
-pub use agreement::{Agreement, NoisyError};
+pub use agreement::{PhotonAgreement, UnbiasedError};
 pub use file::TallyError;
 pub use plan::{PhotonError, PhotonPlan};
 pub use shoot::photons;

@@ -1,16 +1,16 @@
 //! Tracing the photons of a plan.
 
 use super::{
-    net::{Net, strata_bits},
     plan::{PhotonError, PhotonPlan},
+    sobol::{SobolNet, strata_bits},
     tally::{MOST_PHOTONS, MOST_REPLICATES, PhotonTally},
 };
 use crate::{
     estimate::{
         film::Film,
-        flux::{Tally, UNIT},
+        flux::{PowerTally, UNIT},
     },
-    random::{Dice, mix},
+    random::{PhotonRandom, mix},
     trace::Tracer,
 };
 use glam::DVec2;
@@ -21,7 +21,8 @@ const ROWS: u32 = 16;
 
 /// Traces the photons of a plan.
 ///
-/// Memory does not depend on the number of photons. The tally is the same, bit by bit, for any number of threads.
+/// Memory does not depend on the number of photons. The tally is the same, bit by bit, for any
+/// number of threads.
 ///
 /// # Errors
 /// [`PhotonError::Plan`] for a plan out of range.
@@ -53,26 +54,26 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
         pixels: (window.nx, window.ny),
         replicates: plan.replicates,
         done: (0..plan.replicates).filter(|r| r % plan.shards == plan.shard).collect(),
-        fates: Tally::default(),
+        fates: PowerTally::default(),
         sums: vec![0; pixels],
         squares: vec![0; pixels],
     };
     for &replicate in &tally.done {
         let key = mix(plan.seed ^ mix(u64::from(replicate)));
-        let net = Net::new(key, column_bits, row_bits);
+        let net = SobolNet::new(key, column_bits, row_bits);
         let fates = (0..rows.div_ceil(ROWS))
             .into_par_iter()
             .map(|band| {
-                let mut fates = Tally::default();
+                let mut fates = PowerTally::default();
                 for row in band * ROWS..rows.min((band + 1) * ROWS) {
                     for column in 0..columns {
-                        let dice = Dice { key, photon: u64::from(row) << 32 | u64::from(column) };
-                        shoot(tracer, &film, lower + net.point(column, row) * size, &dice, &mut fates);
+                        let random = PhotonRandom { key, photon: u64::from(row) << 32 | u64::from(column) };
+                        shoot(tracer, &film, lower + net.point(column, row) * size, &random, &mut fates);
                     }
                 }
                 fates
             })
-            .reduce(Tally::default, Tally::plus);
+            .reduce(PowerTally::default, PowerTally::plus);
         tally.fates = tally.fates.plus(fates);
         for ((sum, square), units) in tally.sums.iter_mut().zip(&mut tally.squares).zip(film.take()) {
             // A replicate has fewer photons than there are pixels, as a rule.
@@ -87,12 +88,12 @@ pub fn photons(tracer: &Tracer, plan: &PhotonPlan) -> Result<PhotonTally, Photon
 }
 
 #[inline]
-fn shoot(tracer: &Tracer, film: &Film, at: DVec2, dice: &Dice, fates: &mut Tally) {
-    let mut booked = 0;
-    let power = tracer.all_paths(at, dice, |end, part, power| {
-        let units = ((part * power * UNIT as f64) as u64).min((power * UNIT as f64) as u64 - booked);
-        booked += units;
+fn shoot(tracer: &Tracer, film: &Film, at: DVec2, random: &PhotonRandom, fates: &mut PowerTally) {
+    let mut recorded = 0;
+    let power = tracer.all_paths(at, random, |end, part, power| {
+        let units = ((part * power * UNIT as f64) as u64).min((power * UNIT as f64) as u64 - recorded);
+        recorded += units;
         film.record(end, units, fates);
     });
-    fates.reflected += u128::from((power * UNIT as f64) as u64 - booked);
+    fates.reflected += u128::from((power * UNIT as f64) as u64 - recorded);
 }

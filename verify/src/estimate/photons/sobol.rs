@@ -1,21 +1,23 @@
 //! Sobol's points in the plane, scrambled, in the order of their strata.
 //!
-//! The first 2^m points of Sobol's sequence in two dimensions (van der Corput's, and Pascal's triangle modulo 2) are a
-//! (0, m, 2)-net: each of the 2^m equal boxes into which the unit square can be cut by halving, however long or wide, holds
-//! one. So there is one in every stratum, and besides one in every column of half the width and twice the height, and so on:
-//! light and dark are counted better than by points that are independent within their strata. Every coordinate is scrambled
-//! by a random lower triangular matrix over GF(2) and a random shift (Matousek 1998), which keeps the net, makes every point
-//! uniform by itself, and has the variance of Owen's nested scrambling (Owen 2003).
+//! The first 2^m points of Sobol's sequence in two dimensions (van der Corput's, and Pascal's
+//! triangle modulo 2) are a (0, m, 2)-net: each of the 2^m equal boxes into which the unit square
+//! can be cut by halving, however long or wide, holds one. So there is one in every stratum, and
+//! besides one in every column of half the width and twice the height, and so on: light and dark
+//! are counted better than by points that are independent within their strata. Every coordinate is
+//! scrambled by a random lower triangular matrix over GF(2) and a random shift (Matousek 1998),
+//! which keeps the net, makes every point uniform by itself, and has the variance of Owen's nested
+//! scrambling (Owen 2003).
 //!
-//! All of this is linear over GF(2): a point is the exclusive or of what its column and what its row contribute. Hence no
-//! point needs more than two of them, and they can be had in any order.
+//! All of this is linear over GF(2): a point is the exclusive or of what its column and what its
+//! row contribute. Hence no point needs more than two of them, and they can be had in any order.
 
 use crate::random::mix;
 use glam::DVec2;
 
 /// One sample of the unit square.
 #[derive(Debug)]
-pub(super) struct Net {
+pub(super) struct SobolNet {
     /// By column: what it adds to x and y, 32 bits after the point.
     columns: Vec<[u32; 2]>,
     /// By row.
@@ -25,8 +27,8 @@ pub(super) struct Net {
 /// Most bits of a column's or row's number.
 const MOST_BITS: u32 = 16;
 
-/// Bits of the numbers of columns and rows for at least `count` points in strata about as wide as high, in an area `aspect`
-/// times as wide as high.
+/// Bits of the numbers of columns and rows for at least `count` points in strata about as wide as
+/// high, in an area `aspect` times as wide as high.
 pub(super) fn strata_bits(count: u64, aspect: f64) -> (u32, u32) {
     let all = count.max(1).next_power_of_two().trailing_zeros().min(2 * MOST_BITS);
     let columns = (0.5 * (f64::from(all) + aspect.log2())).round().max(0.0) as u32;
@@ -34,13 +36,14 @@ pub(super) fn strata_bits(count: u64, aspect: f64) -> (u32, u32) {
     (columns, all - columns)
 }
 
-impl Net {
-    /// A net of `2^column_bits * 2^row_bits` points (at most 16 bits each), scrambled as the key says.
+impl SobolNet {
+    /// A net of `2^column_bits * 2^row_bits` points (at most 16 bits each), scrambled as the key
+    /// says.
     pub(super) fn new(key: u64, column_bits: u32, row_bits: u32) -> Self {
         let directions = directions();
         let second = |index: u32| combined(&directions, index);
-        // The index whose point is in column 0 and row r is solutions * r: it has to reach that row by the bits which do
-        // not touch the column.
+        // The index whose point is in column 0 and row r is solutions * r: it has to reach that row
+        // by the bits which do not touch the column.
         let solutions = solutions(&directions, column_bits, row_bits);
         let top = |y: u32, bits: u32| if bits == 0 { 0 } else { y >> (32 - bits) };
         let [scramble_x, scramble_y] = [0, 1].map(|axis| Scramble::new(mix(key ^ mix(axis))));
@@ -71,7 +74,8 @@ impl Net {
     }
 }
 
-/// What every bit of an index adds to the second coordinate of its point: rows of Pascal's triangle modulo 2.
+/// What every bit of an index adds to the second coordinate of its point: rows of Pascal's triangle
+/// modulo 2.
 fn directions() -> [u32; 32] {
     let mut directions = [1 << 31; 32];
     for c in 1..32 {
@@ -90,8 +94,8 @@ fn combined(columns: &[u32], mut vector: u32) -> u32 {
     sum
 }
 
-/// For every bit of a row's number the bits of an index, from `column_bits` on, that bring it about and no other: Gauss and
-/// Jordan's elimination over GF(2).
+/// For every bit of a row's number the bits of an index, from `column_bits` on, that bring it about
+/// and no other: Gauss and Jordan's elimination over GF(2).
 fn solutions(directions: &[u32; 32], column_bits: u32, row_bits: u32) -> [u32; 32] {
     let mut solutions = [0; 32];
     let mut open: Vec<(u32, u32)> =
@@ -140,7 +144,7 @@ mod tests {
     fn every_box_of_every_shape_holds_one_point_and_strata_hold_their_own() {
         for (a, b) in [(0, 0), (0, 5), (6, 0), (4, 4), (7, 3), (2, 9)] {
             for key in 0..20 {
-                let net = Net::new(key, a, b);
+                let net = SobolNet::new(key, a, b);
                 for wide in 0..=a + b {
                     let mut met = vec![false; 1 << (a + b)];
                     for row in 0..1u32 << b {
@@ -164,7 +168,7 @@ mod tests {
         let (mut sum, mut squares) = (DVec2::ZERO, DVec2::ZERO);
         for key in 0..n {
             // Within its stratum.
-            let p = Net::new(mix(key), 3, 2).point(5, 2) * DVec2::new(8.0, 4.0) - DVec2::new(5.0, 2.0);
+            let p = SobolNet::new(mix(key), 3, 2).point(5, 2) * DVec2::new(8.0, 4.0) - DVec2::new(5.0, 2.0);
             assert!(p.min_element() > 0.0 && p.max_element() < 1.0);
             sum += p;
             squares += p * p;

@@ -1,11 +1,11 @@
 //! Exact sums of what photons did.
 
 use super::{
-    agreement::{Agreement, NoisyError},
+    agreement::{PhotonAgreement, UnbiasedError},
     plan::PhotonError,
 };
 use crate::{
-    estimate::flux::{Flux, Tally, UNIT},
+    estimate::flux::{Flux, PowerTally, UNIT},
     image::Image,
 };
 
@@ -19,18 +19,27 @@ pub struct PhotonTally {
     pub(super) replicates: u32,
     /// Numbers of the replicates done, ascending.
     pub(super) done: Vec<u32>,
-    pub(super) fates: Tally,
+    pub(super) fates: PowerTally,
     /// Over replicates: sums of every pixel's power, and of its square.
     pub(super) sums: Vec<u128>,
     pub(super) squares: Vec<u128>,
 }
 
-/// With twice as many on one pixel, which rounding up can make of them, squares of sums just fit into 128 bits.
+/// With twice as many on one pixel, which rounding up can make of them, squares of sums just fit
+/// into 128 bits.
 pub(super) const MOST_PHOTONS: u64 = 2_000_000_000;
 /// Most independent samples of a run.
 pub(super) const MOST_REPLICATES: u32 = 4096;
 /// Most strata along a side of the aperture.
 pub(super) const MOST_STRATA: u32 = 1 << 16;
+
+/// A pixel against that of another image.
+struct Excess {
+    /// Square of the difference, less the variance: of mean 0 if both show the same light.
+    square: f64,
+    /// Of the pixel, from the spread between replicates.
+    variance: f64,
+}
 
 impl PhotonTally {
     /// Number of photons traced.
@@ -94,8 +103,8 @@ impl PhotonTally {
         Image::new(self.pixels.0, self.pixels.1, self.sums.iter().map(|&s| s as f64 * scale).collect())
     }
 
-    /// Standard error of every pixel of [`image`](Self::image), from the spread between replicates. Infinite with fewer
-    /// than two of them.
+    /// Standard error of every pixel of [`image`](Self::image), from the spread between replicates.
+    /// Infinite with fewer than two of them.
     pub fn standard_error(&self) -> Image {
         let n = self.done.len() as f64;
         let scale = self.sums.len() as f64 * n / self.fates.total().max(1) as f64;
@@ -112,75 +121,85 @@ impl PhotonTally {
         Image::new(self.pixels.0, self.pixels.1, values)
     }
 
-    /// The root of the mean square of the [standard errors](Self::standard_error) over the mean of the image: the noise that a
-    /// comparison of this image has to reckon with.
+    /// The root of the mean square of the [standard errors](Self::standard_error) over the mean of
+    /// the image: the noise that a comparison of this image has to reckon with.
     pub fn noise(&self) -> f64 {
         let errors = self.standard_error();
         let squares = Image::new(errors.nx, errors.ny, errors.values.iter().map(|e| e * e).collect());
         squares.mean().sqrt() / self.image().mean()
     }
 
-    /// The error against a target of the same size (any positive scale), both normalised to the mean 1. The variance of
-    /// the photons is subtracted, so that more photons make the estimate sharper but not smaller.
+    /// How far every pixel is from another image of the same size, both divided by their means.
+    fn excesses(&self, own: &Image, other: &Image) -> impl Iterator<Item = Excess> {
+        let (own_mean, other_mean) = (own.mean(), other.mean());
+        let errors = self.standard_error().values;
+        own.values.iter().zip(errors).zip(&other.values).map(move |((own, error), other)| {
+            let (difference, error) = (own / own_mean - other / other_mean, error / own_mean);
+            let variance = error * error;
+            Excess { square: difference * difference - variance, variance }
+        })
+    }
+
+    /// The error against a target of the same size (any positive scale), both normalised to the
+    /// mean 1. The variance of the photons is subtracted, so that more photons make the estimate
+    /// sharper but not smaller.
     ///
     /// # Errors
     /// [`PhotonError::Different`] if the sizes differ.
-    pub fn error_against(&self, target: &Image) -> Result<NoisyError, PhotonError> {
+    pub fn error_against(&self, target: &Image) -> Result<UnbiasedError, PhotonError> {
         if (target.nx, target.ny) != self.pixels {
             return Err(PhotonError::Different("the number of pixels"));
         }
-        let (image, noise) = (self.image(), self.standard_error());
-        let (image_mean, target_mean) = (image.mean(), target.mean());
         let (mut sum, mut spread) = (0.0, 0.0);
-        for ((&e, &s), &t) in image.values.iter().zip(&noise.values).zip(&target.values) {
-            let variance = (s / image_mean).powi(2);
-            let square = (e / image_mean - t / target_mean).powi(2) - variance;
+        let image = self.image();
+        for Excess { square, variance } in self.excesses(&image, target) {
             sum += square;
             spread += 4.0 * square.max(0.0) * variance + 2.0 * variance * variance;
         }
         let n = self.sums.len() as f64;
-        Ok(NoisyError { mean_square: sum / n, mean_square_error: spread.sqrt() / n })
+        Ok(UnbiasedError { mean_square: sum / n, mean_square_error: spread.sqrt() / n })
     }
 
-    /// Asks whether the photons show the light of an image of the same size that is free of noise. Scales do not matter.
+    /// Asks whether the photons show the light of an image of the same size that is free of noise.
+    /// Scales do not matter.
     ///
-    /// If they do, the square of every pixel's difference less the pixel's variance is a number of mean 0. Nets make those of
-    /// pixels that lie close together correlated, and others hardly: the sum of their products with their neighbours is the
-    /// variance of their sum, whatever their distribution. No model of the noise is needed, nor many replicates: from 4 on
-    /// the difference is normal as far as 300 seeds tell; with 2 one of them went beyond 4 standard errors.
+    /// If they do, the square of every pixel's difference less the pixel's variance is a number of
+    /// mean 0. Nets make those of pixels that lie close together correlated, and others hardly: the
+    /// sum of their products with their neighbours is the variance of their sum, whatever their
+    /// distribution. No model of the noise is needed, nor many replicates: from 4 on the difference
+    /// is normal as far as 300 seeds tell; with 2 one of them went beyond 4 standard errors.
     ///
     /// # Errors
     /// [`PhotonError::Different`] if the sizes differ.
-    pub fn agreement(&self, image: &Image) -> Result<Agreement, PhotonError> {
+    pub fn agreement(&self, image: &Image) -> Result<PhotonAgreement, PhotonError> {
         if (image.nx, image.ny) != self.pixels {
             return Err(PhotonError::Different("the number of pixels"));
         }
-        let (own, noise) = (self.image(), self.standard_error());
+        let own = self.image();
         let (own_mean, image_mean) = (own.mean(), image.mean());
         if own_mean == 0.0 {
             // So many should have come where none did: Poisson's law.
             let expected = image_mean * self.photons() as f64;
-            return Ok(Agreement { difference: expected, standard_error: expected.sqrt().max(f64::MIN_POSITIVE) });
+            return Ok(PhotonAgreement {
+                difference: expected,
+                standard_error: expected.sqrt().max(f64::MIN_POSITIVE),
+            });
         }
         if image_mean == 0.0 {
-            return Ok(Agreement { difference: f64::INFINITY, standard_error: 1.0 });
+            return Ok(PhotonAgreement { difference: f64::INFINITY, standard_error: 1.0 });
         }
-        let off: Vec<f64> = (0..own.values.len())
-            .map(|k| {
-                let difference = own.values[k] / own_mean - image.values[k] / image_mean;
-                difference * difference - (noise.values[k] / own_mean).powi(2)
-            })
-            .collect();
+        let off: Vec<f64> = self.excesses(&own, image).map(|excess| excess.square).collect();
         let n = off.len() as f64;
-        // Products with themselves alone would be too few; a small image does not tell those with many neighbours.
+        // Products with themselves alone would be too few; a small image does not tell those with
+        // many neighbours.
         let squares: f64 = off.iter().map(|off| off * off).sum();
         let variance = products_with_neighbours(&off, self.pixels, if n < 2500.0 { 1 } else { 2 }).max(squares);
-        Ok(Agreement { difference: off.iter().sum::<f64>() / n, standard_error: variance.sqrt() / n })
+        Ok(PhotonAgreement { difference: off.iter().sum::<f64>() / n, standard_error: variance.sqrt() / n })
     }
 }
 
-/// The sum over pixels of the value there times the sum of those around it, itself included, up to `reach` pixels away along
-/// either side.
+/// The sum over pixels of the value there times the sum of those around it, itself included, up to
+/// `reach` pixels away along either side.
 fn products_with_neighbours(values: &[f64], (nx, ny): (usize, usize), reach: usize) -> f64 {
     let around = |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
     let row = |j: usize| -> f64 {

@@ -28,8 +28,8 @@ fn to_frame(v: DVec3) -> DVec3 {
     DVec3::new(v.x, -v.z, v.y)
 }
 
-/// Parses all triangles of the default scene (the first one, if none is named) with the transformations of their nodes. Buffers of their
-/// own files are looked for in `folder`.
+/// Parses all triangles of the default scene (the first one, if none is named) with the
+/// transformations of their nodes. Buffers of their own files are looked for in `folder`.
 pub(super) fn parse(bytes: &[u8], folder: Option<&Path>, normals: Normals) -> Result<Mesh, LoadError> {
     let is_binary = bytes.starts_with(b"glTF");
     let glb = is_binary.then(|| Glb::from_slice(bytes)).transpose().map_err(|error| malformed(error.to_string()))?;

@@ -13,11 +13,12 @@ use crate::{
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// How near the chords between samples of a curve are to it, seen from above, mm, and the most of them to a span.
+/// How near the chords between samples of a curve are to it, seen from above, mm, and the most of
+/// them to a span.
 const SAGITTA_MM: f64 = 1e-5;
 const MOST_PIECES: f64 = 256.0;
 /// A solid while it is read.
-pub(super) struct Part<'a> {
+pub(super) struct SolidBuilder<'a> {
     pub(super) entities: Entities<'a>,
     pub(super) scale: f64,
     pub(super) allowance: Allowance,
@@ -32,7 +33,7 @@ pub(super) struct Part<'a> {
     pub(super) levels: Vec<f64>,
 }
 
-impl Part<'_> {
+impl SolidBuilder<'_> {
     pub(super) fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
         let values = self.entities.expect(number, kind)?;
         match values.get(1).and_then(Value::numbers).as_deref() {

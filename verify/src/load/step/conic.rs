@@ -27,7 +27,8 @@ impl Conic {
         (DVec2::new(off.dot(self.x), off.dot(self.y)) / self.semi_axes, off.dot(self.x.cross(self.y)))
     }
 
-    /// Points from one to the other, in the sense of growing angles; all around if they are the same.
+    /// Points from one to the other, in the sense of growing angles; all around if they are the
+    /// same.
     pub(super) fn samples(&self, from: DVec3, to: DVec3) -> Vec<DVec3> {
         let angle = |at: DVec3| self.place(at).0.to_angle();
         let begin = angle(from);

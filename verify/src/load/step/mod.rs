@@ -1,14 +1,15 @@
 //! STEP (ISO 10303-21): one solid of B-spline faces, planes and upright walls, cut into triangles.
 //!
-//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid is. A B-spline face is
-//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself; of one that its edges
-//! trim, the samples beyond them are kept beside the mesh.
+//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid
+//! is. A B-spline face is sampled so that the not-a-knot cubic through the samples, which the
+//! verifier traces, is the face itself; of one that its edges trim, the samples beyond them are
+//! kept beside the mesh.
 
 mod bspline;
+mod builder;
 mod conic;
 mod fault;
 mod net;
-mod builder;
 mod part21;
 mod trimmed;
 mod unit;
@@ -17,8 +18,8 @@ mod wall;
 
 use super::{assemble::Allowance, error::LoadError};
 use crate::mesh::{Mesh, TrimmedFace};
+use builder::SolidBuilder;
 use fault::malformed;
-use builder::Part;
 use part21::Entities;
 use std::collections::HashMap;
 use values::{reference, references};
@@ -31,7 +32,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let [brep] = entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
         return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
     };
-    let mut part = Part {
+    let mut part = SolidBuilder {
         scale: unit::of_solid(&entities, brep)?,
         entities,
         allowance: Allowance::of(bytes),

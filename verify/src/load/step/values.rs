@@ -12,7 +12,6 @@ pub(super) const GAP_MM: f64 = 1e-5;
 /// Most samples of a face.
 pub(super) const MOST_SAMPLES: usize = 1 << 26;
 
-
 pub(super) fn reference(values: &[Value<'_>], at: usize, number: u64) -> Result<u64, LoadError> {
     values.get(at).and_then(Value::reference).ok_or_else(|| odd(number))
 }

@@ -1,9 +1,9 @@
 //! The ellipses of a file, and the upright walls above them.
 
 use super::{
+    builder::SolidBuilder,
     conic::Conic,
     fault::malformed,
-    part::Part,
     part21::Value,
     values::{GAP_MM, odd, reference},
 };
@@ -11,11 +11,11 @@ use crate::load::{error::LoadError, plane::between};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Unrolled walls are cut so much wider than they are: triangles between neighbours all the way up are near the wall, those that
-/// reach far around it are not.
+/// Unrolled walls are cut so much wider than they are: triangles between neighbours all the way up
+/// are near the wall, those that reach far around it are not.
 const STRETCH: f64 = 1e4;
 
-impl Part<'_> {
+impl SolidBuilder<'_> {
     /// A circle or an ellipse.
     pub(super) fn conic(&self, kind: &str, values: &[Value<'_>], number: u64) -> Result<Conic, LoadError> {
         let length = |at: usize| values.get(at).and_then(Value::number).map(|length| self.scale * length);
@@ -82,7 +82,8 @@ impl Part<'_> {
         }
         let n = flat.len();
         let area: f64 = (0..n).map(|k| flat[k].perp_dot(flat[(k + 1) % n])).sum();
-        // Of a wall that faces its axis the loop turns the other way around: it is looked at from there.
+        // Of a wall that faces its axis the loop turns the other way around: it is looked at from
+        // there.
         let seen = |k: u32| if area < 0.0 { flat[k as usize] * DVec2::new(-1.0, 1.0) } else { flat[k as usize] };
         let numbers: Vec<u32> = (0..n as u32).collect();
         let cut = between(&[numbers], seen)

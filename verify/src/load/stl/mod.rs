@@ -19,7 +19,8 @@ const RECORDS: usize = 1 << 12;
 
 /// Parses an STL file of either kind.
 ///
-/// A file whose length fits its count is binary, whatever its header says: many programs begin a binary file with "solid".
+/// A file whose length fits its count is binary, whatever its header says: many programs begin a
+/// binary file with "solid".
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let promised = bytes.first_chunk().map(count);
     let exact = promised.is_some_and(|n| is_binary(n, bytes.len() as u64));
@@ -33,7 +34,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     if promised > held as u64 {
         return Err(LoadError::Truncated { promised, held: held as u64 });
     }
-    // A few bytes behind the last triangle are some program's own; whole triangles were forgotten in the count.
+    // A few bytes behind the last triangle are some program's own; whole triangles were forgotten
+    // in the count.
     if !exact && rest == 0 {
         return Err(malformed(format!("its header promises {promised} triangles, and it holds {held}")));
     }
@@ -41,7 +43,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     binary(&mut &bytes[HEADER..], promised as usize, &failed)
 }
 
-/// Parses a binary file of this length without holding it as a whole. `None` for any other, of which the beginning has been read.
+/// Parses a binary file of this length without holding it as a whole. `None` for any other, of
+/// which the beginning has been read.
 pub(super) fn stream(file: &mut impl Read, length: u64, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
     let mut header = [0; HEADER];
     if length < HEADER as u64 {

@@ -10,18 +10,20 @@ use super::{
 use crate::mesh::Mesh;
 use fault::malformed;
 use glam::DAffine3;
-use part::{Part, attribute, each_element};
+use part::{ModelPart, attribute, each_element};
 use std::{
     collections::HashMap,
     io::{BufReader, Cursor, Read},
 };
 
-/// The models may be this many times as large as their archive: what deflate makes of such text is about a tenth.
+/// The models may be this many times as large as their archive: what deflate makes of such text is
+/// about a tenth.
 const MOST_EXPANSION: u64 = 200;
 /// Deepest nesting of components.
 const DEEPEST: usize = 64;
 
-/// Parses all that the file builds; of one that builds nothing, all objects that are no part of others.
+/// Parses all that the file builds; of one that builds nothing, all objects that are no part of
+/// others.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let mut package = Package::open(bytes)?;
     let root = package.model_name()?;
@@ -63,7 +65,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
 /// The archive, and the parts of it that have been read.
 struct Package<'a> {
     archive: zip::ZipArchive<Cursor<&'a [u8]>>,
-    parts: HashMap<String, Part>,
+    parts: HashMap<String, ModelPart>,
     /// Bytes that may still be unpacked.
     left: u64,
 }
@@ -101,7 +103,7 @@ impl<'a> Package<'a> {
             return Err(malformed(format!("it unpacks to more than {MOST_EXPANSION} times its size")));
         }
         let length = file.size();
-        let mut part = Part::default();
+        let mut part = ModelPart::default();
         each_element(BufReader::with_capacity(1 << 16, file.take(length)), |element| part.take(element))?;
         if part.unit_mm == 0.0 {
             return Err(malformed(format!("{name} holds no model")));

@@ -11,7 +11,8 @@ use super::{
 };
 
 const NAME: &str = "BMP";
-/// A run of 255 takes two bytes, and rows may be left out; nothing real is packed as tightly as this.
+/// A run of 255 takes two bytes, and rows may be left out; nothing real is packed as tightly as
+/// this.
 const PER_BYTE: usize = 4096;
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ReferenceError> {

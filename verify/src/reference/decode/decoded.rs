@@ -23,7 +23,8 @@ impl Decoded {
     }
 }
 
-/// Refuses sizes that are none, or that no file of this length can have: `per_byte` pixels are the most that a byte can stand for.
+/// Refuses sizes that are none, or that no file of this length can have: `per_byte` pixels are the
+/// most that a byte can stand for.
 pub(super) fn believe(width: usize, height: usize, length: usize, per_byte: usize) -> Result<(), ReferenceError> {
     /// What is held for granted: a small file may be one of few colours.
     const GRANTED: usize = 1 << 16;

@@ -1,4 +1,5 @@
-//! From the bytes of a file to numbers, and what the file says that they mean. One module per format, each from its specification.
+//! From the bytes of a file to numbers, and what the file says that they mean. One module per
+//! format, each from its specification.
 
 mod bits;
 mod bmp;

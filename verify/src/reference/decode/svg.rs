@@ -29,7 +29,8 @@ static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// Draws a file on a page of this colour, so many pixels wide as long as no side has more than `most`.
+/// Draws a file on a page of this colour, so many pixels wide as long as no side has more than
+/// `most`.
 pub(in crate::reference) fn draw(
     bytes: &[u8],
     page: [u8; 3],

@@ -1,4 +1,5 @@
-//! ICC profiles (ICC.1:2022): what a number means as luminance, for grey, for RGB with a matrix, and by tables.
+//! ICC profiles (ICC.1:2022): what a number means as luminance, for grey, for RGB with a matrix,
+//! and by tables.
 
 mod table;
 mod values;
@@ -156,7 +157,10 @@ pub(super) mod tests {
             ],
         );
         let Some(Meaning::Curves { tones, weights }) = read(&bytes, Inks::Rgb) else { panic!("not read") };
-        assert!(weights.iter().zip(crate::reference::colour::REC_709).all(|(a, b)| (a - b).abs() < 2e-4), "{weights:?}");
+        assert!(
+            weights.iter().zip(crate::reference::colour::REC_709).all(|(a, b)| (a - b).abs() < 2e-4),
+            "{weights:?}"
+        );
         for v in [0.0, 0.02, 0.3, 1.0] {
             assert!((tones[1].light(v) - Tone::Srgb.light(v)).abs() < 2e-5);
         }

@@ -6,7 +6,8 @@ use crate::{
 };
 use glam::DVec3;
 
-/// A search structure over patches of the exit face. Within a patch the grid tells which cells a ray passes.
+/// A search structure over patches of the exit face. Within a patch the grid tells which cells a
+/// ray passes.
 #[derive(Debug)]
 pub(super) struct Hierarchy {
     pub(super) accelerator: Accelerator,
@@ -14,7 +15,8 @@ pub(super) struct Hierarchy {
     pub(super) patches: Vec<Patch>,
 }
 
-/// Cells along each side of a patch: their heights are a few lines of a cache, and the hierarchy over the patches fits into one.
+/// Cells along each side of a patch: their heights are a few lines of a cache, and the hierarchy
+/// over the patches fits into one.
 const SIDE: usize = 4;
 
 /// Neighbouring cells.

@@ -1,8 +1,8 @@
 //! Light with an extent, and a face with a finish: what they make of the ray of one photon.
 
 use crate::{
-    random::{Dice, Draw},
-    scene::{Scene, Spread},
+    random::{PhotonRandom, Purpose},
+    scene::{Scene, SourceExtent},
     trace::illumination::{Rays, axis_of},
 };
 use glam::DVec3;
@@ -10,7 +10,7 @@ use glam::DVec3;
 /// Light with an extent, a face with a finish.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Imperfect {
-    spread: Spread,
+    source_extent: SourceExtent,
     /// Ideal light, in the bench's frame.
     rays: Rays,
     axis: DVec3,
@@ -20,25 +20,30 @@ pub(super) struct Imperfect {
 impl Imperfect {
     /// None on an ideal bench.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let Scene { spread, roughness, .. } = *scene;
+        let Scene { source_extent, roughness, .. } = *scene;
         let (rays, axis) = (Rays::of(&scene.light), axis_of(scene));
-        (spread != Spread::None || roughness != 0.0).then_some(Self { spread, rays, axis, roughness })
+        (source_extent != SourceExtent::None || roughness != 0.0).then_some(Self {
+            source_extent,
+            rays,
+            axis,
+            roughness,
+        })
     }
 
     /// The light that one photon is of.
-    pub(super) fn rays(&self, dice: &Dice) -> Rays {
+    pub(super) fn rays(&self, random: &PhotonRandom) -> Rays {
         match self.rays {
-            Rays::Parallel(direction) => Rays::Parallel(self.spread.direction(direction, dice)),
-            Rays::From(source) => Rays::From(self.spread.place(source, self.axis, dice)),
+            Rays::Parallel(direction) => Rays::Parallel(self.source_extent.direction(direction, random)),
+            Rays::From(source) => Rays::From(self.source_extent.place(source, self.axis, random)),
         }
     }
 
     /// The normal that one photon finds. A facet that faces away from the light is not met by it.
-    pub(super) fn rough(&self, normal: DVec3, direction: DVec3, dice: &Dice) -> DVec3 {
+    pub(super) fn rough(&self, normal: DVec3, direction: DVec3, random: &PhotonRandom) -> DVec3 {
         if self.roughness == 0.0 {
             return normal;
         }
-        let slopes = normal.truncate() / normal.z + self.roughness * dice.normal_pair(Draw::Finish);
+        let slopes = normal.truncate() / normal.z + self.roughness * random.normal_pair(Purpose::Finish);
         let rough = slopes.extend(1.0).normalize();
         if rough.dot(direction) * normal.dot(direction) > 0.0 { rough } else { normal }
     }

@@ -1,11 +1,12 @@
-//! Tracing a block: its exit face is a height field on a regular grid, in which much is known beforehand.
+//! Tracing a block: its exit face is a height field on a regular grid, in which much is known
+//! beforehand.
 
 mod hit;
 mod imperfect;
+mod incident;
 mod lit;
 mod rows;
 mod search;
-mod incident;
 mod tracer;
 mod walls;
 

@@ -16,8 +16,8 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::{f64::consts::FRAC_PI_2, ops::RangeInclusive};
 
-/// How far beyond its computed place a ray is looked for: as a part of a cell, and as a part of all heights. Rounding is many orders of
-/// magnitude less.
+/// How far beyond its computed place a ray is looked for: as a part of a cell, and as a part of all
+/// heights. Rounding is many orders of magnitude less.
 const SLACK: f64 = 1e-6;
 
 /// A cell of the exit face.
@@ -37,7 +37,8 @@ impl BlockTracer {
         }
     }
 
-    /// The same for beams, which look for the face a second time only where light runs flat over it.
+    /// The same for beams, which look for the face a second time only where light runs flat over
+    /// it.
     pub(in crate::trace) fn prepare_beams(&self) {
         let needed = if self.even { self.traversal == Traversal::Bvh } else { self.may_meet_twice() };
         if needed {
@@ -45,7 +46,8 @@ impl BlockTracer {
         }
     }
 
-    /// Whether light may run so flat that it meets the face a second time, by bounds for its angles to the axis.
+    /// Whether light may run so flat that it meets the face a second time, by bounds for its angles
+    /// to the axis.
     fn may_meet_twice(&self) -> bool {
         let mirror = self.optics == Optics::Reflects;
         let arrives = match self.rays {
@@ -73,7 +75,8 @@ impl BlockTracer {
 
     /// The search structure over the exit face.
     fn hierarchy(&self) -> &Hierarchy {
-        // Not while a lock is held: it is built on all cores, and one that waits for others takes up other rays, which ask for it too.
+        // Not while a lock is held: it is built on all cores, and one that waits for others takes
+        // up other rays, which ask for it too.
         self.hierarchy.get().unwrap_or_else(|| {
             let built = self.build_hierarchy();
             self.hierarchy.get_or_init(|| built)
@@ -137,7 +140,8 @@ impl BlockTracer {
         nearest
     }
 
-    /// The columns and rows of a patch above or below which a ray passes between the patch's least and greatest height.
+    /// The columns and rows of a patch above or below which a ray passes between the patch's least
+    /// and greatest height.
     #[inline]
     fn passed(&self, patch: &Patch, ray: &SearchRay) -> (RangeInclusive<u32>, RangeInclusive<u32>) {
         let (origin, direction, [low, high]) = (ray.origin, ray.direction, patch.z);
@@ -188,7 +192,8 @@ impl BlockTracer {
     /// The triangle above or below a point, whatever its height.
     pub(super) fn hit_at(&self, at: DVec2) -> Hit {
         let cell = self.cell_above(at);
-        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
+        // The triangle in which the point lies deepest, so that rounding at the border decides
+        // nothing.
         let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
             let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
             let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());

@@ -1,10 +1,11 @@
-//! A block on a bench, and the way of one ray through it: entry plane, exit face over a regular grid, receiver.
+//! A block on a bench, and the way of one ray through it: entry plane, exit face over a regular
+//! grid, receiver.
 
 use super::{
     hit::{Hierarchy, Hit},
     imperfect::Imperfect,
-    supply::Supply,
-    walls::within,
+    incident::IncidentFlux,
+    walls::in_rectangle,
 };
 use crate::{
     block::{Block, node_normals},
@@ -13,19 +14,20 @@ use crate::{
     trace::{
         accel::SearchRay,
         illumination::{Illumination, Rays},
-        path::{End, Path},
+        path::{End, RayPath},
         receiver::Receiver,
-        refraction::{Interface, Refraction, reflect, refract},
+        refraction::{Refraction, RefractionOutcome, reflect, refract},
     },
 };
 use glam::{DMat3, DVec2, DVec3};
 use std::sync::{Arc, OnceLock};
 
-/// How far beyond the border of the face light may pass a rim above it, mm: that of the border itself grazes the wall, and is
-/// straight to rounding only. No rim is made to a micrometre.
+/// How far beyond the border of the face light may pass a rim above it, mm: that of the border
+/// itself grazes the wall, and is straight to rounding only. No rim is made to a micrometre.
 const GRAZE_MM: f64 = 1e-3;
 
-/// A block with its light inside, its exit face and the search structure over the cells of that face.
+/// A block with its light inside, its exit face and the search structure over the cells of that
+/// face.
 #[derive(Debug)]
 pub(in crate::trace) struct BlockTracer {
     pub(super) block: Block,
@@ -40,12 +42,14 @@ pub(in crate::trace) struct BlockTracer {
     /// Ideal light, in the frame of the block, and how much of it there is.
     pub(super) rays: Rays,
     pub(super) illumination: Illumination,
-    /// Whether every part of the exit face's plan gets the same light, which has come straight up to it.
+    /// Whether every part of the exit face's plan gets the same light, which has come straight up
+    /// to it.
     pub(super) even: bool,
-    pub(super) supply: Supply,
+    pub(super) incident: IncidentFlux,
     pub(super) imperfect: Option<Imperfect>,
     pub(super) cells_per_mm: DVec2,
-    /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face again.
+    /// Greatest slope of the exit face: light that leaves steeper than this cannot meet the face
+    /// again.
     pub(super) steepest: f64,
     pub(super) highest_mm: f64,
     /// Built when first needed, see [`BlockTracer::hierarchy`].
@@ -96,7 +100,7 @@ impl BlockTracer {
             rays,
             illumination,
             even,
-            supply: Supply { mean: 1.0, vignetted: 0.0 },
+            incident: IncidentFlux { mean: 1.0, vignetted: 0.0 },
             imperfect: Imperfect::of(scene),
             cells_per_mm: DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64) / (block.upper - block.lower),
             steepest: steepest(block),
@@ -105,8 +109,8 @@ impl BlockTracer {
             block: block.clone(),
         };
         if !even {
-            tracer.supply = tracer.supply();
-            if tracer.supply.mean.is_nan() || tracer.supply.mean <= 0.0 {
+            tracer.incident = tracer.incident();
+            if tracer.incident.mean.is_nan() || tracer.incident.mean <= 0.0 {
                 return Err(SceneError::Dark);
             }
         }
@@ -115,7 +119,7 @@ impl BlockTracer {
 
     /// The part of the light for the exit face that meets a side wall, or a rim, before it.
     pub(in crate::trace) fn vignetting(&self) -> f64 {
-        self.supply.vignetted
+        self.incident.vignetted
     }
 
     pub(in crate::trace) fn aperture(&self) -> (DVec2, DVec2) {
@@ -123,20 +127,20 @@ impl BlockTracer {
     }
 
     #[inline]
-    pub(in crate::trace) fn path(&self, start: DVec2) -> Path {
+    pub(in crate::trace) fn path(&self, start: DVec2) -> RayPath {
         let (origin, direction, transmittance) = match self.optics {
             Optics::Refracts { .. } => {
                 let entered = start.extend(self.block.entry_z);
                 let beside = if self.block.is_rectangular() {
-                    !self.even && !within(start, self.block.entry_face_mm())
+                    !self.even && !in_rectangle(start, self.block.entry_face_mm())
                 } else {
                     !self.block.enters(start)
                 };
                 if beside {
-                    return Path::ended(End::Beside, 1.0);
+                    return RayPath::ended(End::Beside, 1.0);
                 }
                 let Some((inside, transmittance)) = self.illumination.enter(self.rays, entered) else {
-                    return Path::ended(End::Beside, 1.0);
+                    return RayPath::ended(End::Beside, 1.0);
                 };
                 (entered, inside, transmittance)
             }
@@ -147,18 +151,18 @@ impl BlockTracer {
         };
         match self.exit(&SearchRay::new(origin, direction)) {
             Ok((point, normal)) => self.leave(point, normal, direction, transmittance),
-            Err(end) => Path::ended(end, transmittance),
+            Err(end) => RayPath::ended(end, transmittance),
         }
     }
 
     /// From the exit face, where light arrives along `direction`, to the receiver.
     #[inline]
-    pub(super) fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3, transmittance: f64) -> Path {
-        let ended = |end| Path::ended(end, transmittance);
+    pub(super) fn leave(&self, point: DVec3, normal: DVec3, direction: DVec3, transmittance: f64) -> RayPath {
+        let ended = |end| RayPath::ended(end, transmittance);
         let (direction, passed) = match self.optics {
             Optics::Refracts { ior } => match refract(direction, normal, ior) {
-                Interface::Refracted(left) => (left.direction, transmitted(self.fresnel, &left)),
-                Interface::TotallyReflected => return ended(End::TotallyReflected),
+                RefractionOutcome::Refracted(left) => (left.direction, transmitted(self.fresnel, &left)),
+                RefractionOutcome::TotallyReflected => return ended(End::TotallyReflected),
             },
             Optics::Reflects if direction.dot(normal) < 0.0 => (reflect(direction, normal), 1.0),
             Optics::Reflects => return ended(End::Side),
@@ -171,7 +175,7 @@ impl BlockTracer {
         }
         let (point, direction) = self.turned.map_or((point, direction), |turned| (turned * point, turned * direction));
         match self.receiver.landing(point, direction) {
-            Some(landing) => Path::ended(End::Receiver(landing), transmittance * passed),
+            Some(landing) => RayPath::ended(End::Receiver(landing), transmittance * passed),
             None => ended(End::Side),
         }
     }
@@ -191,7 +195,8 @@ impl BlockTracer {
             && ray.direction.truncate() == DVec2::ZERO
             && self.is_below(ray.origin.truncate())
         {
-            // Straight up from a point below the face there is one crossing, and no triangle is needed to find it.
+            // Straight up from a point below the face there is one crossing, and no triangle is
+            // needed to find it.
             return on_spline(spline, ray, 0.0).ok_or(End::Lost);
         }
         let Some(hit) = self.first_crossing(ray) else { return Err(self.miss(ray)) };
@@ -211,7 +216,8 @@ impl BlockTracer {
         at.cmpge(self.block.lower).all() && at.cmple(self.block.upper).all() && self.block.covers(at)
     }
 
-    /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else it was lost.
+    /// Why a ray inside the glass met no triangle of the exit face: it passed a side wall, or else
+    /// it was lost.
     #[cold]
     fn miss(&self, ray: &SearchRay) -> End {
         let (lower, upper) = (self.block.lower, self.block.upper);
@@ -232,7 +238,8 @@ impl BlockTracer {
         }
     }
 
-    /// Whether light that has left the face at `point` hits the inner walls of a rim that stands above it.
+    /// Whether light that has left the face at `point` hits the inner walls of a rim that stands
+    /// above it.
     #[inline]
     pub(super) fn meets_the_rim(&self, point: DVec3, direction: DVec3) -> bool {
         let Some(top) = self.block.rim_z_mm().filter(|&z| z > point.z) else { return false };
@@ -301,8 +308,9 @@ pub(super) fn mixed(slopes: &[DVec2], [a, b, c]: [usize; 3], [u, v, w]: [f64; 3]
     u * slopes[a] + v * slopes[b] + w * slopes[c]
 }
 
-/// The point where a ray meets the spline, and the normal there: Newton's iteration for z(t) = s(x(t), y(t)), from the
-/// triangle's `t`. A ray along the axis needs one evaluation. `None` where the iteration does not settle.
+/// The point where a ray meets the spline, and the normal there: Newton's iteration for z(t) =
+/// s(x(t), y(t)), from the triangle's `t`. A ray along the axis needs one evaluation. `None` where
+/// the iteration does not converge.
 #[inline]
 fn on_spline(spline: &Bicubic, ray: &SearchRay, mut t: f64) -> Option<(DVec3, DVec3)> {
     let d = ray.direction;
@@ -311,13 +319,13 @@ fn on_spline(spline: &Bicubic, ray: &SearchRay, mut t: f64) -> Option<(DVec3, DV
         let jet = spline.jet(ray.origin.x, ray.origin.y);
         return Some((ray.origin.truncate().extend(jet.z), normal(jet.zx, jet.zy)));
     }
-    let settled = 1e-13 * (1.0 + ray.origin.abs().max_element());
+    let tolerance = 1e-13 * (1.0 + ray.origin.abs().max_element());
     for _ in 0..20 {
         let p = ray.at(t);
         let jet = spline.jet(p.x, p.y);
         let step = (jet.z - p.z) / (d.z - jet.zx * d.x - jet.zy * d.y);
         t += step;
-        if step.abs() <= settled {
+        if step.abs() <= tolerance {
             return Some((ray.at(t), normal(jet.zx, jet.zy)));
         }
     }

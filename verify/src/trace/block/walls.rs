@@ -7,6 +7,6 @@ pub(super) const WALL_MM: f64 = 1e-9;
 
 /// Whether a point is in a rectangle, or on its border but for rounding.
 #[inline]
-pub(super) fn within(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
+pub(super) fn in_rectangle(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
     (at + WALL_MM).cmpge(lower).all() && (at - WALL_MM).cmple(upper).all()
 }
