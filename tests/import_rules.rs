@@ -17,13 +17,13 @@ const VERIFY_LAYERS: &[(&str, &[&str])] = &[
     ("spline", &[]),
     ("mesh", &[]),
     ("solid", &["mesh"]),
-    ("picture", &["image"]),
+    ("image_file", &["image"]),
     ("reference", &["image"]),
     ("scene", &["image", "random"]),
     ("block", &["mesh", "solid", "spline"]),
-    ("load", &["mesh", "picture", "spline"]),
+    ("load", &["image_file", "mesh", "spline"]),
     ("trace", &["block", "mesh", "random", "scene", "spline"]),
-    ("estimate", &["block", "image", "picture", "random", "scene", "trace"]),
+    ("estimate", &["block", "image", "image_file", "random", "scene", "trace"]),
     ("crosscheck", &["block", "estimate", "image", "mesh", "scene", "trace"]),
 ];
 

@@ -7,7 +7,7 @@ use glam::DVec2;
 use glasswarp_verify::{
     Block, Optics, Scene, SceneError,
     dispersion::{Dispersed, LINES_NM, disperse},
-    picture,
+    image_file,
 };
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);

@@ -22,10 +22,10 @@ impl Block {
         self.ys = places(ny, self.lower.y, self.upper.y);
         (self.nx, self.ny, self.heights, self.diagonals) = (nx, ny, fresh.heights, fresh.diagonals);
         (self.spline, self.normals, self.slopes) = (None, None, None);
-        if let Some(border) = &self.border {
-            let known = (0..nx * ny).into_par_iter().map(|k| border.covers(self.node(k % nx, k / nx).truncate()));
-            let border = border.with_face(known.collect(), |at| self.height_between_nodes(at));
-            self.border = Some(Arc::new(border));
+        if let Some(outline) = &self.outline {
+            let known = (0..nx * ny).into_par_iter().map(|k| outline.covers(self.node(k % nx, k / nx).truncate()));
+            let outline = outline.with_face(known.collect(), |at| self.height_between_nodes(at));
+            self.outline = Some(Arc::new(outline));
         }
         Ok(self)
     }
@@ -94,7 +94,7 @@ mod tests {
         let around = (0..40).map(|k| (4.0 * DVec2::from_angle(f64::from(k))).extend(2.0)).collect();
         let plain = Block::from_heights(size, -3.0, (5, 4), vec![2.0; 20]).unwrap();
         let plain = plain.with_entry_face(0.6 * -size, 0.7 * size).unwrap();
-        let disc = plain.clone().within(around).unwrap();
+        let disc = plain.clone().trimmed_to(around).unwrap();
         // z = x / 10 + 1, on other nodes.
         let ramp: Vec<f64> = (0..77).map(|k| 0.2 * f64::from(k % 11)).collect();
         let (plain, disc) = [plain, disc].map(|block| block.with_face((11, 7), ramp.clone()).unwrap()).into();

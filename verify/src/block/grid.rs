@@ -38,7 +38,7 @@ impl VertexGrid {
 
     /// Demands that these vertices are a regular grid but for those where the walls end, which go
     /// around it; returns the grid that reaches around them, too, and them.
-    pub(super) fn within(
+    pub(super) fn inside_walls(
         mesh: &Mesh,
         in_entry: impl Fn(u32) -> bool,
         above: &[u32],

@@ -30,7 +30,7 @@ pub struct Block {
     /// The plane around the exit face, mm, if there is one.
     pub(super) rim_z: Option<f64>,
     /// The curve around the exit face, if that is no rectangle.
-    pub(super) border: Option<Arc<Outline>>,
+    pub(super) outline: Option<Arc<Outline>>,
     /// Least and greatest corner of the entry face, mm.
     pub(super) entry_face: (DVec2, DVec2),
     /// The curve around an entry face that is neither a rectangle nor the plan of the exit face.
@@ -71,7 +71,7 @@ impl Block {
             normals: None,
             slopes: None,
             rim_z: None,
-            border: None,
+            outline: None,
             entry_face: (lower, upper),
             entry_outline: None,
         })
@@ -114,18 +114,18 @@ impl Block {
     /// # Errors
     /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen
     /// from it.
-    pub fn within(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
+    pub fn trimmed_to(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
         let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
-        let mut border = Outline::new(around, Vec::new()).ok_or_else(refused)?;
-        border.known =
-            (0..self.heights.len()).map(|k| border.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
-        self.border = Some(Arc::new(border));
+        let mut outline = Outline::new(around, Vec::new()).ok_or_else(refused)?;
+        outline.known =
+            (0..self.heights.len()).map(|k| outline.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
+        self.outline = Some(Arc::new(outline));
         Ok(self)
     }
 
     /// The points on the outline of an exit face that is no rectangle, mm, in order around it.
     pub fn outline(&self) -> Option<&[DVec3]> {
-        self.border.as_ref().map(|border| border.points())
+        self.outline.as_ref().map(|outline| outline.points())
     }
 
     /// Nodes of the exit face along x and y.
@@ -157,13 +157,13 @@ impl Block {
     /// Whether the exit face is a rectangle. Else its outline is a polygon of the file's vertices,
     /// and nodes beyond it carry heights that continue the face.
     pub fn is_rectangular(&self) -> bool {
-        self.border.is_none()
+        self.outline.is_none()
     }
 
     /// Whether a point of the plan, mm, lies within the outline of the exit face.
     #[inline]
     pub fn covers(&self, at: DVec2) -> bool {
-        self.border.as_ref().is_none_or(|border| border.covers(at))
+        self.outline.as_ref().is_none_or(|outline| outline.covers(at))
     }
 
     /// Whether a point of the plan, mm, lies within the entry face of a block whose exit face is no
@@ -171,7 +171,7 @@ impl Block {
     #[inline]
     pub(crate) fn enters(&self, at: DVec2) -> bool {
         match &self.entry_outline {
-            Some(border) => border.covers(at),
+            Some(outline) => outline.covers(at),
             None => self.covers(at),
         }
     }
@@ -190,7 +190,7 @@ impl Block {
     /// Whether the file has a vertex at this node of the exit face, counted row by row: beyond an
     /// outline it has none.
     pub fn knows(&self, node: usize) -> bool {
-        self.border.as_ref().is_none_or(|border| border.known[node])
+        self.outline.as_ref().is_none_or(|outline| outline.known[node])
     }
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
@@ -200,10 +200,10 @@ impl Block {
 
     /// Mean of the node heights, mm: 0 in a file that keeps to the frame.
     pub fn mean_exit_z_mm(&self) -> f64 {
-        if let Some(border) = &self.border {
+        if let Some(outline) = &self.outline {
             // The file leaves out nodes that are next to the outline; where they would be, the face
             // is known too.
-            let within = |k: &usize| border.covers(self.node(k % self.nx, k / self.nx).truncate());
+            let within = |k: &usize| outline.covers(self.node(k % self.nx, k / self.nx).truncate());
             let (sum, count) = (0..self.heights.len())
                 .filter(within)
                 .fold((0.0, 0), |(sum, count), k| (sum + self.heights[k], count + 1));
@@ -215,8 +215,8 @@ impl Block {
     /// Least and greatest height of the file's vertices on the exit face, mm.
     pub fn height_range_mm(&self) -> (f64, f64) {
         let nodes = (0..self.heights.len()).filter(|&k| self.knows(k)).map(|k| self.heights[k]);
-        let border = self.border.iter().flat_map(|border| border.heights());
-        nodes.chain(border).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), z| (lo.min(z), hi.max(z)))
+        let outline = self.outline.iter().flat_map(|outline| outline.heights());
+        nodes.chain(outline).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), z| (lo.min(z), hi.max(z)))
     }
 
     /// Glass between the entry face and the lowest point of the exit face, mm.
@@ -271,12 +271,12 @@ mod tests {
         let around = |radius: f64| -> Vec<DVec3> {
             (0..40).map(|k| (radius * DVec2::from_angle(f64::from(k))).extend(2.0)).collect()
         };
-        let disc = block.clone().within(around(4.0)).unwrap();
+        let disc = block.clone().trimmed_to(around(4.0)).unwrap();
         assert!(!disc.is_rectangular() && disc.covers(DVec2::new(0.0, 3.9)) && !disc.covers(DVec2::new(4.1, 0.0)));
         assert_eq!(disc.outline().unwrap().len(), 40);
         // The four nodes within 4 mm, and the outline.
         assert_eq!(disc.height_range_mm(), (2.0, 12.0));
-        assert!(block.clone().within(around(0.0)).is_err());
+        assert!(block.clone().trimmed_to(around(0.0)).is_err());
         let mut sunken = vec![0.0; 20];
         sunken[7] = -3.0;
         let error = Block::from_heights(size, -3.0, (5, 4), sunken).unwrap_err().to_string();

@@ -191,7 +191,7 @@ fn ratio_off(size: DVec2, wanted: DVec2) -> f64 {
 /// Bins of directions along each side of a cube's faces: odd, so that the directions of the axes
 /// are in the middle of one.
 const BINS: usize = 65;
-/// Planes that are looked at: a block has one entry face, and walls that may be larger.
+/// Planes that are tried: a block has one entry face, and walls that may be larger.
 const PLANES: usize = 12;
 /// The entry face covers what faces away from it but for this part: slopes of the walls.
 const COVERED: f64 = 1e-3;

@@ -39,27 +39,28 @@ impl Block {
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
         if let Some(face) = &mesh.trimmed {
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
-            return Self::trimmed(mesh, face, in_entry);
+            return Self::of_trimmed_face(mesh, face, in_entry);
         }
         let above: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|&v| !in_entry(v)).collect();
         let plain = entry_face(mesh, in_entry, lo, size.x * size.y)
             .and_then(|()| VertexGrid::over(mesh, above.clone()).map(|grid| (grid, None, None)));
-        let (grid, rim_z, border) = plain.or_else(|plain| {
+        let (grid, rim_z, outline) = plain.or_else(|plain| {
             // A rim around the exit face, which then is what is left above the entry face.
             let framed = rim(mesh, in_entry, lo).and_then(|(in_rim, rim_z)| {
                 let inside = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
                 Some((VertexGrid::over(mesh, inside).ok()?, Some(rim_z), None))
             });
             // Or an outline that is no rectangle.
-            let outlined =
-                || VertexGrid::within(mesh, in_entry, &above).ok().map(|(grid, border)| (grid, None, Some(border)));
+            let outlined = || {
+                VertexGrid::inside_walls(mesh, in_entry, &above).ok().map(|(grid, outline)| (grid, None, Some(outline)))
+            };
             // Or a rim around such an outline.
             let both = || {
                 let (in_rim, rim_z) = rim(mesh, in_entry, lo)?;
                 let inside: Vec<u32> = above.iter().copied().filter(|v| !in_rim[*v as usize]).collect();
                 let below = |v: u32| in_entry(v) || in_rim[v as usize];
-                let (grid, border) = VertexGrid::within(mesh, below, &inside).ok()?;
-                Some((grid, Some(rim_z), Some(border)))
+                let (grid, outline) = VertexGrid::inside_walls(mesh, below, &inside).ok()?;
+                Some((grid, Some(rim_z), Some(outline)))
             };
             let found = framed.or_else(outlined).or_else(both).ok_or(plain)?;
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
@@ -84,16 +85,16 @@ impl Block {
         let height = |&v: &u32| mesh.vertices.get(v as usize).map_or(f64::NAN, |at| at.z);
         let mut heights: Vec<f64> = vertex_at.iter().map(height).collect();
         let (diagonals, mut normals) = cells(mesh, &node_of, &known, nx, ny)?;
-        let border = match border {
+        let outline = match outline {
             Some(points) => {
-                let border = Outline::new(points, known).ok_or_else(not_around)?;
-                border.complete(&mut heights, (nx, ny), lower, upper);
+                let outline = Outline::new(points, known).ok_or_else(not_around)?;
+                outline.complete(&mut heights, (nx, ny), lower, upper);
                 normals = None;
-                Some(Arc::new(border))
+                Some(Arc::new(outline))
             }
             None => None,
         };
-        let framed = rim_z.is_some() && border.is_some();
+        let framed = rim_z.is_some() && outline.is_some();
         let entry_outline = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
         Ok(Self {
             lower,
@@ -109,14 +110,14 @@ impl Block {
             normals,
             slopes: None,
             rim_z,
-            border,
+            outline,
             entry_face: (lo.truncate(), hi.truncate()),
             entry_outline,
         })
     }
 
     /// A block whose file has its exit face as a surface.
-    fn trimmed(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
+    fn of_trimmed_face(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
         let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
         let (lo, hi) = mesh.bounds();
         let entry_outline = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
@@ -134,11 +135,11 @@ impl Block {
             slopes: None,
             spline: None,
             rim_z: face.rim_z_mm,
-            border: None,
+            outline: None,
             entry_face: (lo.truncate(), hi.truncate()),
             entry_outline,
         };
-        block.within(face.outline_mm.clone())
+        block.trimmed_to(face.outline_mm.clone())
     }
 }
 

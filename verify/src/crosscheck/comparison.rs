@@ -37,7 +37,7 @@ const BEAMS_PER_PIXEL: usize = 8;
 
 impl<'a> Comparison<'a> {
     /// A block, the mesh in which it was recognised, and the bench. Surface, geometry and Fresnel's
-    /// losses are chosen by each comparison; image mode looks at the scene's window.
+    /// losses are chosen by each comparison; image mode takes the scene's window.
     ///
     /// # Errors
     /// A turned block, or a bench that cannot be.

@@ -49,7 +49,7 @@ const ROWS: usize = 32;
 /// corners, and spreads every beam's power over the area between its four landing points (section
 /// 2.1 of the paper, with the power shared by area). Its power is the mean of that at its corners.
 ///
-/// Beams see ideal light and a smooth face: spread and roughness are for photons.
+/// Beams see ideal light and a smooth face: extended sources and roughness are for photons.
 ///
 /// A beam that the border of the light cuts is cut into smaller ones. One whose corners went
 /// different ways is recorded corner by corner. On a smooth surface the error falls with the square

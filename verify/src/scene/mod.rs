@@ -63,7 +63,7 @@ pub struct Scene {
     /// mean exit plane (0, 0, 0). Light and receiver stay where they are. Only for a
     /// [`Block`](crate::Block).
     pub turned: DVec3,
-    /// The part of the receiver that is looked at, in the receiver's own coordinates.
+    /// The part of the receiver that is imaged, in the receiver's own coordinates.
     pub window: Window,
     /// Partial reflection. A mirror reflects everything.
     pub fresnel: Fresnel,

@@ -32,7 +32,7 @@ pub enum Traversal {
     /// By a bounding volume hierarchy over the face, as for any mesh.
     #[default]
     Bvh,
-    /// Light along the axis looks at the cell above it, which in a height field on a grid is the
+    /// Light along the axis is tried on the cell above it, which in a height field on a grid is the
     /// one that it meets; all other rays go through the hierarchy. Only for a
     /// [`Block`](crate::Block); two to three times as fast.
     Grid,

@@ -51,7 +51,7 @@ pub struct Fringing {
     pub rel_rms: f64,
 }
 
-/// Looks at a block in white light of equal energy, whose index by wavelength (nm) is `ior_at`; the
+/// Traces a block in white light of equal energy, whose index by wavelength (nm) is `ior_at`; the
 /// scene's own index is that of the design. `beams_across` rays along x and y are traced for each
 /// of fifteen wavelengths, as by [`beams`].
 ///

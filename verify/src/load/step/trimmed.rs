@@ -1,7 +1,7 @@
 //! B-spline faces that a loop trims: height fields over a rectangle, of which the mesh holds the
 //! whole cells within the loop and a ring of triangles between them and it.
 
-use super::{fault::malformed, builder::SolidBuilder, values::GAP_MM};
+use super::{builder::SolidBuilder, fault::malformed, values::GAP_MM};
 use crate::{
     load::{error::LoadError, plane::cut},
     mesh::TrimmedFace,
