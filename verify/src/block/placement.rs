@@ -184,8 +184,8 @@ impl PlacedBlock {
 }
 
 /// By which part the sides of a face are off, at most.
-fn ratio_off(size: DVec2, wanted: DVec2) -> f64 {
-    (size / wanted - 1.0).abs().max_element()
+fn ratio_off(size: DVec2, expected: DVec2) -> f64 {
+    (size / expected - 1.0).abs().max_element()
 }
 
 /// Bins of directions along each side of a cube's faces: odd, so that the directions of the axes

@@ -152,7 +152,7 @@ fn vector<'a>(mut text: &'a [u8], vectors: &mut Vec<Vec3>) -> Option<&'a [u8]> {
 }
 
 /// Reads three corners, and no more: all with normals, or none.
-fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut PlainPiece) -> Option<&'a [u8]> {
+fn triangle<'a>(mut text: &'a [u8], reading: Normals, piece: &mut PlainPiece) -> Option<&'a [u8]> {
     let (mut corners, mut normals, mut with_normals) = ([0; 3], [0; 3], 0);
     for (corner, normal) in corners.iter_mut().zip(&mut normals) {
         (*corner, text) = number(after_blanks(text))?;
@@ -167,7 +167,7 @@ fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut PlainPiece) -> 
     piece.triangles.push(corners);
     match with_normals {
         0 => {}
-        3 if wanted == Normals::Read => piece.normals.push(normals),
+        3 if reading == Normals::Read => piece.normals.push(normals),
         3 => {}
         _ => return None,
     }

@@ -143,13 +143,13 @@ fn parse(bytes: &[u8]) -> Result<(PhotonTally, String), String> {
     let words = |name: &str, count: usize| -> Result<Vec<u128>, String> {
         let mut sums = vec![0; layer.size.area()];
         for w in 0..count {
-            let wanted = format!("{name}.{w}");
-            let channel = layer.channel_data.list.iter().find(|channel| channel.name == *wanted.as_str());
+            let channel_name = format!("{name}.{w}");
+            let channel = layer.channel_data.list.iter().find(|channel| channel.name == *channel_name.as_str());
             match channel.map(|channel| &channel.sample_data) {
                 Some(FlatSamples::U32(samples)) if samples.len() == sums.len() => {
                     sums.iter_mut().zip(samples).for_each(|(sum, &s)| *sum |= u128::from(s) << (32 * w));
                 }
-                _ => return Err(format!("it has no channel '{wanted}' of 32-bit integers")),
+                _ => return Err(format!("it has no channel '{channel_name}' of 32-bit integers")),
             }
         }
         Ok(sums)

@@ -15,8 +15,8 @@ pub(super) fn values<const N: usize>(
     types: &[DataType],
 ) -> Result<Vec<[f64; N]>, LoadError> {
     let (kind, shape) = (accessor.data_type(), accessor.dimensions());
-    let wanted = if N == 1 { Dimensions::Scalar } else { Dimensions::Vec3 };
-    if shape != wanted || !types.contains(&kind) {
+    let expected = if N == 1 { Dimensions::Scalar } else { Dimensions::Vec3 };
+    if shape != expected || !types.contains(&kind) {
         return Err(malformed(format!(
             "accessor {} holds {shape:?} of {kind:?} where others belong",
             accessor.index()

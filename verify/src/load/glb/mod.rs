@@ -105,7 +105,7 @@ fn document(json: &[u8]) -> Result<Document, LoadError> {
             return Err(compressed("Draco", "KHR_draco_mesh_compression"));
         }
     }
-    // The bounds of positions are wanted by the validation, and not needed.
+    // The bounds of positions are asked for by the validation, and not needed.
     for mesh in &root.meshes {
         for primitive in &mesh.primitives {
             if let Some(index) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) {
@@ -137,7 +137,7 @@ const VECTORS: [DataType; 5] = [DataType::F32, DataType::I8, DataType::U8, DataT
 fn add(
     primitive: &Primitive<'_>,
     buffers: &Buffers<'_>,
-    (placed, wanted): (DMat4, Normals),
+    (placed, reading): (DMat4, Normals),
     assembler: &mut Assembler,
     directions: &mut Vec<DVec3>,
 ) -> Result<(), LoadError> {
@@ -160,7 +160,7 @@ fn add(
         None => (0..count).collect(),
     };
     let first_normal = u32::try_from(directions.len()).map_err(|_| LoadError::TooLarge)?;
-    let normals = primitive.get(&Semantic::Normals).filter(|_| wanted == Normals::Read);
+    let normals = primitive.get(&Semantic::Normals).filter(|_| reading == Normals::Read);
     if let Some(normals) = &normals {
         if normals.count() != count {
             return Err(malformed("a primitive has another number of normals than of positions"));

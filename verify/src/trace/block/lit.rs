@@ -55,7 +55,7 @@ impl BlockTracer {
     }
 
     /// The same, but the way to the face is followed forwards, through the search structure, and
-    /// light and face are as imperfect as the random make them.
+    /// light and face are as imperfect as the random numbers make them.
     #[inline]
     pub(in crate::trace) fn followed_at(&self, at: DVec2, random: &PhotonRandom) -> RayPath {
         if !self.block.covers(at) {
