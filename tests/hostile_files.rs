@@ -22,7 +22,7 @@ use glasswarp::{
     surface::HeightField,
 };
 use glasswarp_verify::{
-    Block, BlockError, Mesh, PhotonPlan, PhotonTally, Placed, Scene, Surface, Tracer, Window, beams,
+    Block, BlockError, Mesh, PhotonPlan, PhotonTally, PlacedBlock, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},
     photons,
     reference::{Options, Reference},
@@ -85,7 +85,7 @@ fn read_solid(format: Format) -> impl Fn(&[u8]) -> Read {
 fn recognise(mesh: Mesh) {
     let window = Window { size_mm: DVec2::new(20.0, 16.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
     let scene = Scene::new(1.5, 250.0, window);
-    let tracer = match Placed::find(mesh, None) {
+    let tracer = match PlacedBlock::find(mesh, None) {
         Ok(placed) => Tracer::for_block(&placed.block, &scene),
         Err(other) if matches!(other.1, BlockError::Unsound(_)) => return,
         Err(other) => Tracer::for_solid(&other.0, &Scene { surface: Surface::Facets, ..scene }),
@@ -325,7 +325,7 @@ fn tally() -> Vec<u8> {
     let block = Block::from_mesh(&mesh).unwrap();
     let window = Window { size_mm: DVec2::new(20.0, 16.0), centre_mm: DVec2::ZERO, nx: 8, ny: 8 };
     let tracer = Tracer::for_block(&block, &Scene::new(1.5, 250.0, window)).unwrap();
-    let plan = PhotonPlan { replicates: 4, ..PhotonPlan::new(1000, 1) };
+    let plan = PhotonPlan::new(1000, 1).with_replicates(4);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tally.exr");
     photons(&tracer, &plan).unwrap().write(&path, "a bench").unwrap();

@@ -3,7 +3,7 @@
 
 use cpu_time::ProcessTime;
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{BlockError, Mesh, Placed, Scene, Surface, Tracer, Window, beams};
+use glasswarp_verify::{BlockError, Mesh, PlacedBlock, Scene, Surface, Tracer, Window, beams};
 use std::{f64::consts::TAU, time::Duration};
 
 /// A solid between two rows of points that go round, closed by fans.
@@ -64,7 +64,7 @@ fn time(mesh: &Mesh) -> (String, Duration) {
     for _ in 0..3 {
         let mesh = mesh.clone();
         let start = ProcessTime::now();
-        let (what, tracer) = match Placed::find(mesh, None) {
+        let (what, tracer) = match PlacedBlock::find(mesh, None) {
             Ok(placed) => ("a block".into(), Tracer::for_block(&placed.block, &scene).ok()),
             Err(other) => match &other.1 {
                 BlockError::Unsound(report) => (report.to_string(), None),

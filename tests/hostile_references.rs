@@ -9,7 +9,7 @@ mod chart;
 mod fuzz;
 
 use fuzz::{Read, Target, cases};
-use glasswarp_verify::reference::{Options, Reference};
+use glasswarp_verify::reference::{ReadOptions, Reference};
 use std::time::Instant;
 
 /// Small files may be of any number of pixels below 65536; beyond that a byte of deflate stands for some thousand samples, and each of
@@ -19,7 +19,9 @@ fn memory(length: usize) -> usize {
 }
 
 fn read(bytes: &[u8]) -> Read {
-    Read::of(Reference::parse(bytes, &Options { svg_width: 48, ..Options::default() }))
+    let mut options = ReadOptions::default();
+    options.svg_width = 48;
+    Read::of(Reference::parse(bytes, &options))
 }
 
 fn hostile(extensions: &[&str], mend: Option<fn(&mut Vec<u8>)>, usual: usize) {

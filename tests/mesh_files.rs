@@ -23,7 +23,7 @@ use glasswarp::{
     surface::HeightField,
 };
 use glasswarp_verify::{
-    Block, Mesh, Placed, Stand,
+    Block, ExpectedPose, Mesh, PlacedBlock,
     load::{Format, parse},
 };
 use std::{fmt::Write as _, fs, path::Path};
@@ -81,8 +81,8 @@ impl Original {
         (0..self.mesh.triangles.len()).map(|k| self.mesh.corners(k)).collect()
     }
 
-    fn stand(&self) -> Stand {
-        Stand { face_mm: self.block.size_mm(), entry_z_mm: self.block.entry_z_mm() }
+    fn stand(&self) -> ExpectedPose {
+        ExpectedPose { face_mm: self.block.size_mm(), entry_z_mm: self.block.entry_z_mm() }
     }
 
     /// How far the nodes of a block are from those of this one, mm, at most; seen in a mirror if it is one.
@@ -111,7 +111,7 @@ fn exported(solid: &Solid, extension: &str) -> Vec<u8> {
 fn judged(original: &Original, case: &Case) -> Result<String, String> {
     let stand = original.stand();
     let found = match parse(case.format, &case.bytes) {
-        Ok(mesh) => Placed::find(mesh, Some(&stand)).map_err(|other| other.1.to_string()),
+        Ok(mesh) => PlacedBlock::find(mesh, Some(&stand)).map_err(|other| other.1.to_string()),
         Err(error) => Err(error.to_string()),
     };
     match (&case.outcome, found) {

@@ -9,7 +9,7 @@ use glasswarp::irradiance::{
 };
 use glasswarp_verify::{
     Image, metrics,
-    reference::{self, Crop, Flip, Frame, Levels, Measure, Options, Reference, Turn},
+    reference::{self, Crop, Flip, Frame, Levels, Measure, ReadOptions, Reference, Turn},
 };
 use image::{ExtendedColorType, ImageEncoder, codecs};
 use proptest::prelude::*;
@@ -269,26 +269,24 @@ impl Sample {
 
     /// The verifier's reading.
     fn by_the_verifier(&self, file: &[u8]) -> Result<Reference, String> {
-        let options = Options {
-            transfer: self.transfer.map(|transfer| match transfer {
-                Transfer::Srgb => reference::Transfer::Srgb,
-                Transfer::Linear => reference::Transfer::Linear,
-            }),
-            frame: Frame { margin: self.margin, vignette: self.vignette },
-            offset: self.offset,
-            background: self.background,
-            crop: self.crop.map(|([x, y], [w, h])| Crop {
-                x: Measure::Pixels(x as f64),
-                y: Measure::Pixels(y as f64),
-                width: Measure::Share(f64::from(w) / 100.0),
-                height: Measure::Share(f64::from(h) / 100.0),
-            }),
-            turn: [None, Some(Turn::Quarter), Some(Turn::Half), Some(Turn::ThreeQuarters)][self.quarters],
-            flip: self.flip.map(|up| if up { Flip::Vertical } else { Flip::Horizontal }),
-            levels: self.levels.map(|[black, white, gamma]| Levels { black, white, gamma }),
-            invert: self.invert,
-            ..Options::default()
-        };
+        let mut options = ReadOptions::default();
+        options.transfer = self.transfer.map(|transfer| match transfer {
+            Transfer::Srgb => reference::Transfer::Srgb,
+            Transfer::Linear => reference::Transfer::Linear,
+        });
+        options.frame = Frame { margin: self.margin, vignette: self.vignette };
+        options.offset = self.offset;
+        options.background = self.background;
+        options.crop = self.crop.map(|([x, y], [w, h])| Crop {
+            x: Measure::Pixels(x as f64),
+            y: Measure::Pixels(y as f64),
+            width: Measure::Share(f64::from(w) / 100.0),
+            height: Measure::Share(f64::from(h) / 100.0),
+        });
+        options.turn = [None, Some(Turn::Quarter), Some(Turn::Half), Some(Turn::ThreeQuarters)][self.quarters];
+        options.flip = self.flip.map(|up| if up { Flip::Vertical } else { Flip::Horizontal });
+        options.levels = self.levels.map(|[black, white, gamma]| Levels { black, white, gamma });
+        options.invert = self.invert;
         Reference::parse(file, &options).map_err(|error| error.to_string())
     }
 }

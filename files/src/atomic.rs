@@ -1,6 +1,6 @@
 //! Files that appear whole or not at all.
 
-use crate::plan::{self, PlanError};
+use crate::{error::WriteError, guard};
 use std::{
     collections::BTreeSet,
     fs::{self, File},
@@ -8,49 +8,6 @@ use std::{
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
 };
-
-/// Why a file could not be written. Nothing is left behind, and what stood there before still does.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The path names no file.
-    #[error("{} is not the name of a file to write", path.display())]
-    NoFile {
-        /// The path.
-        path: PathBuf,
-    },
-    /// There is no such folder.
-    #[error("cannot write {}: the folder {} does not exist", path.display(), folder.display())]
-    NoFolder {
-        /// The file.
-        path: PathBuf,
-        /// The folder that is missing.
-        folder: PathBuf,
-    },
-    /// The folder takes no new files.
-    #[error("cannot write {}: the folder {} takes no new file: {source}", path.display(), folder.display())]
-    Folder {
-        /// The file.
-        path: PathBuf,
-        /// The folder.
-        folder: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-    /// The file is not this program's to replace.
-    #[error("{refusal}")]
-    Refused {
-        /// Why.
-        refusal: Box<PlanError>,
-    },
-    /// Writing failed on the way: a full disk, for instance.
-    #[error("writing {} failed: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// What the system says.
-        source: io::Error,
-    },
-}
 
 /// What the names of temporary files begin and end with.
 const PREFIX: &str = ".glasswarp-";
@@ -92,11 +49,11 @@ pub fn write_atomically(
 ) -> Result<(), WriteError> {
     let failed = |source| WriteError::Io { path: path.to_path_buf(), source };
     let (target, folder) = destination(path)?;
-    plan::may_replace(path).map_err(|refusal| WriteError::Refused { refusal: refusal.into() })?;
+    guard::may_replace(path).map_err(|refusal| WriteError::Refused { refusal: refusal.into() })?;
     let mut temporary = begin(path, &folder)?;
     let outcome = fill(temporary.as_file_mut(), write).and_then(|()| keep_permissions(temporary.as_file(), &target));
     // Recorded before it has its name: whenever the run ends, what stands there is known.
-    let outcome = outcome.and_then(|()| plan::about_to_take(&target, temporary.path()));
+    let outcome = outcome.and_then(|()| guard::about_to_take(&target, temporary.path()));
     finish(temporary, |file| outcome.and_then(|()| file.persist(&target).map(drop).map_err(|e| e.error)))
         .map_err(failed)
 }

@@ -8,9 +8,14 @@
 //! refused.
 
 mod atomic;
+mod error;
+mod guard;
+mod identity;
 mod plan;
 mod record;
 
-pub use atomic::{Held, WriteError, probe, remove_unfinished, write_atomically};
-pub use plan::{Plan, PlanError, enter, may_replace};
+pub use atomic::{Held, probe, remove_unfinished, write_atomically};
+pub use error::{PlanError, WriteError};
+pub use guard::{enter, may_replace};
+pub use plan::Plan;
 pub use record::{NAME, sha256};

@@ -1,6 +1,6 @@
 //! The record of a folder: which contents this program has written under which names.
 
-use crate::plan::{self, Stamp};
+use crate::identity::{self, Stamp};
 use sha2::{Digest, Sha256};
 use std::{
     collections::{BTreeMap, HashMap},
@@ -30,9 +30,9 @@ static ENTERED: Mutex<BTreeMap<PathBuf, (Stamp, String)>> = Mutex::new(BTreeMap:
 /// # Errors
 /// A file that cannot be read.
 pub fn sha256(path: &Path) -> io::Result<String> {
-    let entered = ENTERED.lock().unwrap_or_else(PoisonError::into_inner).get(&plan::location(path)).cloned();
+    let entered = ENTERED.lock().unwrap_or_else(PoisonError::into_inner).get(&identity::location(path)).cloned();
     match entered {
-        Some((then, hash)) if plan::stamp(path) == Some(then) => Ok(hash),
+        Some((then, hash)) if identity::stamp(path) == Some(then) => Ok(hash),
         _ => digest(path),
     }
 }
@@ -94,9 +94,9 @@ pub(crate) fn look_up(file: &Path) -> io::Result<Known> {
 /// Records that `file` has, or is about to have, the content that is in `content`.
 pub(crate) fn enter(file: &Path, content: &Path) -> io::Result<()> {
     let Some(name) = name_of(file) else { return Err(io::ErrorKind::InvalidFilename.into()) };
-    let (stamp, hash) = (plan::stamp(content), digest(content)?);
+    let (stamp, hash) = (identity::stamp(content), digest(content)?);
     if let Some(stamp) = stamp {
-        ENTERED.lock().unwrap_or_else(PoisonError::into_inner).insert(plan::location(file), (stamp, hash.clone()));
+        ENTERED.lock().unwrap_or_else(PoisonError::into_inner).insert(identity::location(file), (stamp, hash.clone()));
     }
     let _alone = WRITER.lock().unwrap_or_else(PoisonError::into_inner);
     let mut record = File::options().read(true).append(true).create(true).open(path_for(file))?;

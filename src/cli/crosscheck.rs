@@ -24,9 +24,9 @@ use glam::DVec2;
 use glasswarp_verify::{
     Image,
     crosscheck::{
-        CrosscheckError, Distances, ImageAgreement, ImageLevel, Job, MapAgreement, PERCENTILES, Renderer, Study,
+        Comparison, CrosscheckError, Distances, ImageAgreement, ImageLevel, Job, MapAgreement, PERCENTILES, Renderer,
     },
-    picture,
+    image_file,
 };
 use std::{
     ffi::OsString,
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
         (nx, eight(nx as f64 * size.y / size.x))
     };
     (scene.window.nx, scene.window.ny) = pixels(scene.window.size_mm);
-    let study = Study::new(&mesh, &block, &scene).map_err(Failure::refused)?;
+    let study = Comparison::new(&mesh, &block, &scene).map_err(Failure::refused)?;
     say!(
         "{} seen by the verifier and by {}, {}, receiver {} mm from the mean exit plane",
         args.block.display(),
@@ -291,8 +291,8 @@ const IMAGES: [&str; 2] = ["verifier", "renderer"];
 fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failure> {
     let white = ours.values.iter().copied().fold(0.0, f64::max);
     for (name, image) in IMAGES.into_iter().zip([ours, theirs]) {
-        let exr = picture::write_exr(&folder.join(format!("{name}.exr")), image);
-        let png = exr.and_then(|()| picture::write_png(&folder.join(format!("{name}.png")), image, white));
+        let exr = image_file::write_exr(&folder.join(format!("{name}.exr")), image);
+        let png = exr.and_then(|()| image_file::write_png(&folder.join(format!("{name}.png")), image, white));
         png.map_err(Failure::writing)?;
     }
     Ok(())
@@ -300,12 +300,10 @@ fn write_images(folder: &Path, ours: &Image, theirs: &Image) -> Result<(), Failu
 
 fn failed(error: CrosscheckError) -> Failure {
     match error {
-        CrosscheckError::Scene(_) | CrosscheckError::NoMap(_) | CrosscheckError::Dark | CrosscheckError::Owned(_) => {
-            Failure::refused(error)
-        }
         CrosscheckError::Write(_) => Failure::writing(error),
         CrosscheckError::NotInstalled { .. } | CrosscheckError::Failed { .. } | CrosscheckError::Picture { .. } => {
             Failure::Io { what: "the renderer gave no picture".into(), source: error.into() }
         }
+        _ => Failure::refused(error),
     }
 }

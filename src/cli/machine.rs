@@ -3,9 +3,8 @@
 use super::{console, memory};
 use crate::{failure::Failure, spec::Host};
 use glasswarp_verify::{
-    Image, Mesh,
+    Image, Mesh, image_file,
     load::{self, LoadError},
-    picture,
 };
 use std::{fs, io, path::Path};
 
@@ -74,8 +73,8 @@ impl IrradianceFile {
     /// Writes an image; in a PNG `peak` becomes white.
     pub(super) fn write(&self, path: &Path, image: &Image, peak: f64) -> Result<(), Failure> {
         let written = match self {
-            Self::Exr => picture::write_exr(path, image),
-            Self::Png => picture::write_png(path, image, peak),
+            Self::Exr => image_file::write_exr(path, image),
+            Self::Png => image_file::write_png(path, image, peak),
         };
         written.map_err(Failure::writing)
     }
@@ -84,8 +83,8 @@ impl IrradianceFile {
     pub(super) fn write_rgb(&self, path: &Path, rgb: &[Image; 3]) -> Result<(), Failure> {
         let peak = rgb.iter().flat_map(|image| &image.values).copied().fold(0.0, f64::max);
         let written = match self {
-            Self::Exr => picture::write_rgb_exr(path, rgb),
-            Self::Png => picture::write_rgb_png(path, rgb, peak),
+            Self::Exr => image_file::write_rgb_exr(path, rgb),
+            Self::Png => image_file::write_rgb_png(path, rgb, peak),
         };
         written.map_err(Failure::writing)
     }

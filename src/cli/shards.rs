@@ -14,7 +14,7 @@ use crate::{
     study::{judge::flux_document, target_light},
 };
 use glasswarp_verify::{
-    Image, NoisyError, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, metrics, photons, reference::resampled,
+    Image, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, UnbiasedError, metrics, photons, reference::resampled,
 };
 use std::{
     path::{Path, PathBuf},
@@ -80,7 +80,7 @@ pub(crate) fn trace(
     plan: &PhotonPlan,
     path: &Path,
     wanted: Option<&Image>,
-) -> Result<Option<NoisyError>, Failure> {
+) -> Result<Option<UnbiasedError>, Failure> {
     let tally = photons(tracer, plan).map_err(Failure::refused)?;
     let hash = hash_of(block)?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
@@ -91,7 +91,7 @@ pub(crate) fn trace(
     Ok(error)
 }
 
-fn tally_document(tally: &PhotonTally, error: Option<NoisyError>) -> document::Tally {
+fn tally_document(tally: &PhotonTally, error: Option<UnbiasedError>) -> document::Tally {
     document::Tally {
         photons: tally.photons(),
         complete: tally.is_complete(),
@@ -110,7 +110,7 @@ fn noise(tally: &PhotonTally) -> f64 {
 }
 
 /// Judges the light of a tally, and prints that.
-fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failure> {
+fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<UnbiasedError, Failure> {
     let error = tally.error_against(wanted).map_err(Failure::refused)?;
     let m = metrics::compare(&tally.image(), wanted).map_err(Failure::refused)?;
     say!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
@@ -128,7 +128,7 @@ fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<NoisyError, Failur
 }
 
 /// Fails if the error exceeds a limit that the user set.
-pub(crate) fn demand(error: Option<NoisyError>, limit: Option<f64>) -> Result<(), Failure> {
+pub(crate) fn demand(error: Option<UnbiasedError>, limit: Option<f64>) -> Result<(), Failure> {
     error.map_or(Ok(()), |error| unless_within(limit, error.rel_rms(), "the caustic's", " by photons"))
 }
 
@@ -158,7 +158,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
             TallyError::Read { .. } => {
                 Failure::Io { what: format!("{} cannot be read", path.display()), source: error.into() }
             }
-            TallyError::Malformed { .. } => Failure::refused(error),
+            _ => Failure::refused(error),
         })?;
         sum = Some(match sum {
             None => (part, bench),

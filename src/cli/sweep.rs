@@ -19,7 +19,7 @@ use crate::{
     },
 };
 use glam::DVec2;
-use glasswarp_verify::{Image, Scene, picture};
+use glasswarp_verify::{Image, Scene, image_file};
 use std::{
     fmt::Write as _,
     io::Write as _,
@@ -128,7 +128,7 @@ impl Output {
                         SWEEP_VIEWS.iter().zip(&point.views).map(move |((view, ..), seen)| (name(view), &seen.image))
                     })
                     .collect();
-                picture::write_exr_layers(path, &layers).map_err(Failure::writing)
+                image_file::write_exr_layers(path, &layers).map_err(Failure::writing)
             }
             Self::Png => {
                 let through = |name: &str, y: &dyn Fn(&SweepPoint) -> f64| Curve {

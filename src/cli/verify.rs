@@ -270,13 +270,8 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     let examiner = Examiner::new(scene.clone(), target, args.pixels as usize).with_surface(surface, fresnel);
     memory::check_pixels(&examiner, args.memory)?;
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
-    let plan = PhotonPlan {
-        photons: args.photons,
-        seed: args.seed,
-        replicates: args.replicates,
-        shard: shard.index,
-        shards: shard.of,
-    };
+    let plan =
+        PhotonPlan::new(args.photons, args.seed).with_replicates(args.replicates).with_shard(shard.index, shard.of);
     for warning in &warnings {
         console::warn(warning);
     }

@@ -56,8 +56,8 @@ fn footprint(block: &Block, scene: &Scene) -> Result<Footprint, Failure> {
 
 /// A flat block whose face turns light as if it had this slope.
 fn flat(block: &Block, scene: &Scene, slope: DVec2) -> Result<Tracer, Failure> {
-    let level = block.clone().with_face((4, 4), vec![block.mean_exit_z_mm(); 16]);
-    let leaning = level.and_then(|level| level.with_slopes(vec![slope; 16])).map_err(Failure::refused)?;
+    let level = vec![block.mean_exit_z_mm(); 16];
+    let leaning = block.clone().with_sloped_face((4, 4), level, vec![slope; 16]).map_err(Failure::refused)?;
     Tracer::for_block(&leaning, &Scene { surface: Surface::Smooth, ..scene.clone() }).map_err(Failure::refused)
 }
 

@@ -13,14 +13,18 @@ use crate::{
     spec::{Host, Roughness, Settings, SourceName, SpeckFile},
 };
 use glam::DVec2;
-use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
+use glasswarp_verify::{
+    Geometry, Image, PhotonPlan, Scene, SourceExtent, UnbiasedError, metrics, metrics::Metrics, photons,
+};
 
 /// The spread of a source for the verifier.
-fn spread_of(source: SourceName) -> Spread {
+fn spread_of(source: SourceName) -> SourceExtent {
     match source {
-        SourceName::Angle(angle) => Spread::AngularDisc { radius: 0.5 * angle.radians() },
-        SourceName::Disc(diameter) => Spread::SourceDisc { radius_mm: 0.5 * diameter.mm },
-        SourceName::Rectangle(width, height) => Spread::SourceRectangle { size_mm: DVec2::new(width.mm, height.mm) },
+        SourceName::Angle(angle) => SourceExtent::AngularDisc { radius: 0.5 * angle.radians() },
+        SourceName::Disc(diameter) => SourceExtent::SourceDisc { radius_mm: 0.5 * diameter.mm },
+        SourceName::Rectangle(width, height) => {
+            SourceExtent::SourceRectangle { size_mm: DVec2::new(width.mm, height.mm) }
+        }
     }
 }
 
@@ -36,7 +40,7 @@ pub struct ImperfectView {
     /// How well it draws the picture, noise included.
     pub metrics: Metrics,
     /// Without the noise of the photons; none if there are none.
-    pub error: Option<NoisyError>,
+    pub error: Option<UnbiasedError>,
     /// Of the image, in means.
     pub noise: f64,
     /// Photons traced.
@@ -97,7 +101,7 @@ impl ImperfectView {
 /// A bench with the light and the face that there are, as photons see them.
 pub fn spread(scene: Scene, settings: &Settings) -> Scene {
     Scene {
-        spread: settings.source_size.map_or(Spread::None, spread_of),
+        source_extent: settings.source_size.map_or(SourceExtent::None, spread_of),
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }

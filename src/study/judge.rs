@@ -3,8 +3,8 @@
 use crate::{failure::Failure, grid::Field, irradiance::to_picture_order, record::document};
 use glam::DVec2;
 use glasswarp_verify::{
-    Agreement, Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, NoisyError, PhotonPlan, PhotonTally,
-    Scene, Surface, Tracer, Traversal, beams, facet_beams,
+    Beams, Block, BlockError, Flux, Fresnel, Geometry, Image, Mesh, PhotonAgreement, PhotonPlan, PhotonTally, Scene,
+    Surface, Tracer, Traversal, UnbiasedError, beams, facet_beams,
     metrics::{self, Likeness, Metrics},
     photons,
     reference::resampled,
@@ -207,9 +207,9 @@ pub struct Judgement {
     /// Number of photons.
     pub photon_count: u64,
     /// The photons' image against that of the beams, less their noise.
-    pub between: NoisyError,
+    pub between: UnbiasedError,
     /// Whether the photons see what the beams see.
-    pub agreement: Agreement,
+    pub agreement: PhotonAgreement,
     /// The comparison with the target, if there is one.
     pub verdict: Option<Verdict>,
     /// Size of the window, mm.
@@ -221,7 +221,7 @@ pub struct Verdict {
     /// The error of the caustic.
     pub metrics: Metrics,
     /// The photons' own opinion of the relative RMS error, less their noise.
-    pub photons: NoisyError,
+    pub photons: UnbiasedError,
 }
 
 /// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
@@ -259,7 +259,12 @@ pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Resul
 
 /// Whether photons see what beams see. Beams have a width, which very many photons can tell: where they seem to disagree, beams
 /// of half the width say how much of it is that.
-fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &PhotonTally) -> Result<Agreement, Failure> {
+fn agreement(
+    subject: &Subject,
+    examiner: &Examiner,
+    seen: &Image,
+    tally: &PhotonTally,
+) -> Result<PhotonAgreement, Failure> {
     let against = |image: &Image| tally.agreement(image).map_err(Failure::refused);
     let first = against(seen)?;
     if first.standard_errors() <= DISAGREEMENT {
@@ -267,9 +272,10 @@ fn agreement(subject: &Subject, examiner: &Examiner, seen: &Image, tally: &Photo
     }
     let surface = examiner.surface_of(subject);
     let finer = examiner.trace_by(subject, surface, Geometry::Displaced, 2 * BEAMS_PER_PIXEL)?.image;
-    let second = against(&finer)?;
+    let mut second = against(&finer)?;
     let width = metrics::rel_rms(&finer, seen).map_err(Failure::refused)?.powi(2);
-    Ok(Agreement { standard_error: second.standard_error.hypot(width), ..second })
+    second.standard_error = second.standard_error.hypot(width);
+    Ok(second)
 }
 
 /// Standard errors beyond which photons and beams do not show the same light: chance gets there once in 16 000 runs.

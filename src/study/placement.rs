@@ -6,7 +6,9 @@ use super::{
 };
 use crate::{failure::Failure, record::BenchRecord};
 use glam::{DVec3, EulerRot, Vec2Swizzles};
-use glasswarp_verify::{Block, BlockError, Geometry, Image, Mesh, Placed, Placement, Scene, Stand, Surface, Traversal};
+use glasswarp_verify::{
+    Block, BlockError, ExpectedPose, Geometry, Image, Mesh, PlacedBlock, Placement, Scene, Surface, Traversal,
+};
 
 /// How a solid comes to stand on its bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,8 +29,8 @@ pub struct Expected<'a> {
 }
 
 impl Expected<'_> {
-    fn stand(&self) -> Stand {
-        Stand { face_mm: self.bench.face_mm(), entry_z_mm: self.bench.entry_z_mm }
+    fn stand(&self) -> ExpectedPose {
+        ExpectedPose { face_mm: self.bench.face_mm(), entry_z_mm: self.bench.entry_z_mm }
     }
 }
 
@@ -39,8 +41,8 @@ pub struct Opened {
     /// What does not fit, but for its place.
     suspicions: Vec<String>,
     /// A block that did not stand as it should, before it is known which way up its picture is.
-    moved: Option<Box<Placed>>,
-    stand: Option<Stand>,
+    moved: Option<Box<PlacedBlock>>,
+    stand: Option<ExpectedPose>,
     origin: DVec3,
 }
 
@@ -108,7 +110,7 @@ pub fn place_block(
 }
 
 /// Where a block belongs, and from where the coordinates of its file are counted.
-fn place_of(expected: Option<Expected<'_>>) -> (Option<Stand>, DVec3) {
+fn place_of(expected: Option<Expected<'_>>) -> (Option<ExpectedPose>, DVec3) {
     (expected.as_ref().map(Expected::stand), expected.map_or(DVec3::ZERO, |expected| expected.origin_mm))
 }
 
@@ -118,16 +120,16 @@ fn find(
     name: &str,
     expected: Option<Expected<'_>>,
     placing: Placing,
-) -> Result<Result<Placed, (Mesh, BlockError)>, Failure> {
+) -> Result<Result<PlacedBlock, (Mesh, BlockError)>, Failure> {
     let (stand, origin) = place_of(expected);
     let mesh = mesh.moved(origin);
     if placing == Placing::AsPlaced {
         return Ok(match Block::from_mesh(&mesh) {
-            Ok(block) => Ok(Placed { mesh, block, placement: Placement::NONE }),
+            Ok(block) => Ok(PlacedBlock { mesh, block, placement: Placement::NONE }),
             Err(error) => Err((mesh, error)),
         });
     }
-    let placed = Placed::find(mesh, stand.as_ref());
+    let placed = PlacedBlock::find(mesh, stand.as_ref());
     if let (Ok(placed), Some(expected)) = (&placed, expected) {
         refuse_other_units(&placed.block, expected.bench, name)?;
     }
@@ -135,7 +137,7 @@ fn find(
 }
 
 /// By how many quarters a block is to be turned on so that its picture is nearest to the target.
-fn best_way_up(placed: &Placed, stand: Option<&Stand>, scene: &Scene, target: &Image) -> u32 {
+fn best_way_up(placed: &PlacedBlock, stand: Option<&ExpectedPose>, scene: &Scene, target: &Image) -> u32 {
     let size = placed.block.size_mm();
     let is_square = (size.x / size.y - 1.0).abs() < 1e-3;
     let examiner = Examiner::new(Scene { traversal: Traversal::Grid, ..scene.clone() }, Some(target), COARSE);
@@ -185,7 +187,7 @@ fn shortest(value: f64) -> f64 {
 }
 
 /// What it took to bring a block where it belongs, and what does the same to its file. `None` for nothing.
-fn in_words(name: &str, placed: &Placed, origin: DVec3, has_side_file: bool) -> Option<String> {
+fn in_words(name: &str, placed: &PlacedBlock, origin: DVec3, has_side_file: bool) -> Option<String> {
     let Placement { inside_out, turn, shift_mm } = placed.placement;
     let mut said = Vec::new();
     if inside_out {

@@ -14,7 +14,7 @@ use crate::{
 };
 use glasswarp_verify::{
     Image, metrics,
-    reference::{Crop, Flip, Frame, Levels, Measure, Options, Reference, Transfer, Turn, resampled},
+    reference::{Crop, Flip, Frame, Levels, Measure, ReadOptions, Reference, Transfer, Turn, resampled},
 };
 use std::path::Path;
 
@@ -93,36 +93,32 @@ impl TargetLight {
 }
 
 /// What settings do to a picture, in the verifier's words. The only place where they are translated.
-pub fn options_of(settings: &Settings) -> Options {
+pub fn options_of(settings: &Settings) -> ReadOptions {
     let vignette = match settings.vignette {
         Some(VignetteName(Vignette::Circle { soft })) => Some(soft),
         Some(VignetteName(Vignette::None)) | None => None,
     };
-    let usual = Options::default();
-    Options {
-        transfer: settings.transfer.map(transfer_of),
-        layer: settings.layer.clone(),
-        background: settings.background.map(Background::rgb),
-        svg_width: settings.nodes.map_or(usual.svg_width, |nodes| nodes / 2),
-        crop: settings.crop.map(crop_of),
-        turn: settings.rotate.map(|rotation| match rotation {
-            Rotation::Right => Turn::Quarter,
-            Rotation::Half => Turn::Half,
-            Rotation::Left => Turn::ThreeQuarters,
-        }),
-        flip: settings.flip.map(|flip| match flip {
-            irradiance::Flip::Horizontal => Flip::Horizontal,
-            irradiance::Flip::Vertical => Flip::Vertical,
-        }),
-        levels: settings.levels.map(|levels| Levels {
-            black: levels.black(),
-            white: levels.white(),
-            gamma: levels.gamma(),
-        }),
-        invert: settings.invert.unwrap_or(false),
-        frame: Frame { margin: settings.margin.unwrap_or(0.0), vignette },
-        offset: settings.offset.unwrap_or(0.0),
-    }
+    let mut options = ReadOptions::default();
+    options.transfer = settings.transfer.map(transfer_of);
+    options.layer = settings.layer.clone();
+    options.background = settings.background.map(Background::rgb);
+    options.svg_width = settings.nodes.map_or(options.svg_width, |nodes| nodes / 2);
+    options.crop = settings.crop.map(crop_of);
+    options.turn = settings.rotate.map(|rotation| match rotation {
+        Rotation::Right => Turn::Quarter,
+        Rotation::Half => Turn::Half,
+        Rotation::Left => Turn::ThreeQuarters,
+    });
+    options.flip = settings.flip.map(|flip| match flip {
+        irradiance::Flip::Horizontal => Flip::Horizontal,
+        irradiance::Flip::Vertical => Flip::Vertical,
+    });
+    options.levels =
+        settings.levels.map(|levels| Levels { black: levels.black(), white: levels.white(), gamma: levels.gamma() });
+    options.invert = settings.invert.unwrap_or(false);
+    options.frame = Frame { margin: settings.margin.unwrap_or(0.0), vignette };
+    options.offset = settings.offset.unwrap_or(0.0);
+    options
 }
 
 fn crop_of(crop: irradiance::Crop) -> Crop {
@@ -141,7 +137,7 @@ fn transfer_of(name: TransferName) -> Transfer {
 }
 
 /// The verifier's reading of a picture.
-pub fn read(path: &Path, options: &Options, host: &dyn Host) -> Result<Reference, Failure> {
+pub fn read(path: &Path, options: &ReadOptions, host: &dyn Host) -> Result<Reference, Failure> {
     let _span = tracing::info_span!("read picture", file = %path.display()).entered();
     Reference::parse(&host.bytes(path)?, options).map_err(|error| {
         if error.is_unreadable() {
@@ -219,14 +215,12 @@ mod tests {
         let settings: Settings =
             toml::from_str("transfer = \"linear\"\nmargin = 0.1\nvignette = \"circle:0.2\"\noffset = 0.3\nnodes = 201")
                 .unwrap();
-        let expected = Options {
-            transfer: Some(Transfer::Linear),
-            frame: Frame { margin: 0.1, vignette: Some(0.2) },
-            offset: 0.3,
-            svg_width: 100,
-            ..Options::default()
-        };
+        let mut expected = ReadOptions::default();
+        expected.transfer = Some(Transfer::Linear);
+        expected.frame = Frame { margin: 0.1, vignette: Some(0.2) };
+        expected.offset = 0.3;
+        expected.svg_width = 100;
         assert_eq!(options_of(&settings), expected);
-        assert_eq!(options_of(&Settings::default()), Options::default());
+        assert_eq!(options_of(&Settings::default()), ReadOptions::default());
     }
 }

@@ -101,8 +101,8 @@ pub fn view_milled(
 ) -> Result<(View, HeightField), Failure> {
     let heights = milled.surface.into_heights_mm();
     let (nx, ny) = (heights.nx(), heights.ny());
-    let face = block.clone().with_face((nx, ny), heights.into_vec());
-    let face = face.and_then(|face| face.with_slopes(milled.slopes.into_vec())).map_err(Failure::refused)?;
+    let face = block.clone().with_sloped_face((nx, ny), heights.into_vec(), milled.slopes.into_vec());
+    let face = face.map_err(Failure::refused)?;
     let subject = Subject::Block(Box::new(face));
     let scene = Scene { surface: Surface::Smooth, traversal: Traversal::Grid, ..examiner.scene_for(&subject) };
     let (wide, high) = examiner.pixels();

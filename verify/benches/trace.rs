@@ -1,4 +1,5 @@
-//! What verification costs: recognising a block, building the hierarchy, rays and photons per second.
+//! What verification costs: recognising a block, building the hierarchy, rays and photons per
+//! second.
 
 #[path = "../tests/common/mod.rs"]
 mod common;

@@ -1,7 +1,8 @@
 //! Rays per second of one core, for the comparison in `benches/embree.py`.
 //!
-//! Takes a block and a file of starting points (pairs of little-endian f64, mm), follows every ray from the entry plane to
-//! the receiver, and prints one line for each way of tracing: its name, the seconds of CPU, and the sum of the landing points.
+//! Takes a block and a file of starting points (pairs of little-endian f64, mm), follows every ray
+//! from the entry plane to the receiver, and prints one line for each way of tracing: its name, the
+//! seconds of CPU, and the sum of the landing points.
 
 use glam::DVec2;
 use glasswarp_verify::{Block, End, Scene, Surface, Tracer, Traversal, Window, load};

@@ -4,9 +4,10 @@ use crate::mesh::Mesh;
 use glam::DVec3;
 use std::fmt;
 
-/// What was found in a mesh. [`Report::is_sound`] sums it up.
+/// What was found in a mesh. [`Soundness::is_sound`] sums it up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+#[non_exhaustive]
+pub struct Soundness {
     /// Number of triangles.
     pub triangles: usize,
     /// Number of distinct vertices that triangles use.
@@ -27,7 +28,7 @@ pub struct Report {
     pub upper_mm: DVec3,
 }
 
-impl Report {
+impl Soundness {
     /// Closed, oriented outwards, nothing degenerate: light can be traced through it.
     pub fn is_sound(&self) -> bool {
         self.is_closed() && self.flipped_edges == 0 && self.degenerate_triangles == 0 && self.volume_mm3 > 0.0
@@ -44,7 +45,7 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for Soundness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut faults = Vec::new();
         if self.triangles == 0 {
@@ -76,7 +77,7 @@ impl fmt::Display for Report {
 }
 
 /// Examines a mesh. Takes time and memory proportional to its size.
-pub fn check(mesh: &Mesh) -> Report {
+pub fn check(mesh: &Mesh) -> Soundness {
     let (open_edges, crowded_edges, flipped_edges) = edges(mesh);
     let degenerate_triangles = (0..mesh.triangles.len())
         .filter(|&k| {
@@ -88,7 +89,7 @@ pub fn check(mesh: &Mesh) -> Report {
     let mut used = vec![false; mesh.vertices.len()];
     mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
     let (lower_mm, upper_mm) = mesh.bounds();
-    Report {
+    Soundness {
         triangles: mesh.triangles.len(),
         vertices: used.iter().filter(|&&u| u).count(),
         open_edges,
@@ -103,7 +104,8 @@ pub fn check(mesh: &Mesh) -> Report {
 
 /// Counts open, crowded and flipped edges.
 fn edges(mesh: &Mesh) -> (usize, usize, usize) {
-    // Every directed edge is filed under its lesser vertex: the greater one and a bit for the direction.
+    // Every directed edge is filed under its lesser vertex: the greater one and a bit for the
+    // direction.
     let directed = || mesh.triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
     let mut begin = vec![0usize; mesh.vertices.len() + 1];
     directed().for_each(|(a, b)| begin[a.min(b) as usize + 1] += 1);

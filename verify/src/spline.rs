@@ -2,17 +2,19 @@
 
 use rayon::prelude::*;
 
-/// The interpolating bicubic spline through nodes on a regular grid, with not-a-knot ends: what FITPACK (and so SciPy's
-/// `RectBivariateSpline` without smoothing) gives on the same nodes.
+/// The interpolating bicubic spline through nodes on a regular grid, with not-a-knot ends: what
+/// FITPACK (and so SciPy's `RectBivariateSpline` without smoothing) gives on the same nodes.
 ///
-/// On equidistant nodes the not-a-knot spline is a uniform B-spline whose third derivative is continuous also at the first
-/// and last inner node, so one coefficient per node and one ghost row around them describe it whole.
+/// On equidistant nodes the not-a-knot spline is a uniform B-spline whose third derivative is
+/// continuous also at the first and last inner node, so one coefficient per node and one ghost row
+/// around them describe it whole.
 #[derive(Clone, Debug)]
 pub(crate) struct Bicubic {
     lower: [f64; 2],
     per_mm: [f64; 2],
     cells: [usize; 2],
-    /// `(nx + 2) x (ny + 2)` B-spline coefficients, row-major; node `(i, j)` is at `(i + 1, j + 1)`.
+    /// `(nx + 2) x (ny + 2)` B-spline coefficients, row-major; node `(i, j)` is at
+    /// `(i + 1, j + 1)`.
     coefficients: Vec<f64>,
 }
 
@@ -28,7 +30,8 @@ impl Bicubic {
     /// Least number of nodes along a side: a cubic needs four.
     pub(crate) const LEAST_NODES: usize = 4;
 
-    /// Interpolates `nx * ny` heights (row-major, rows along `+y`) whose first node is at `lower` and last at `upper`, mm.
+    /// Interpolates `nx * ny` heights (row-major, rows along `+y`) whose first node is at `lower`
+    /// and last at `upper`, mm.
     pub(crate) fn through(heights: &[f64], nx: usize, ny: usize, lower: [f64; 2], upper: [f64; 2]) -> Self {
         debug_assert!(nx >= Self::LEAST_NODES && ny >= Self::LEAST_NODES && heights.len() == nx * ny);
         let width = nx + 2;
@@ -38,7 +41,8 @@ impl Bicubic {
             row[1..=nx].copy_from_slice(h);
             interpolate(row, &pivots_x);
         });
-        // Along y, a band of columns at a time: contiguous work for every thread, whatever their number.
+        // Along y, a band of columns at a time: contiguous work for every thread, whatever their
+        // number.
         let pivots_y = pivots(ny);
         let bands: Vec<Vec<f64>> = (0..width)
             .step_by(BAND)
@@ -108,8 +112,8 @@ impl Bicubic {
         Columns(xs.iter().map(column).collect())
     }
 
-    /// Calls `f` with every column of a row, by its number: the values of [`jet`](Self::jet), but for rounding. `scratch` is kept from
-    /// row to row for its memory.
+    /// Calls `f` with every column of a row, by its number: the values of [`jet`](Self::jet), but
+    /// for rounding. `scratch` is kept from row to row for its memory.
     pub(crate) fn row(&self, columns: &Columns, y: f64, scratch: &mut Vec<[f64; 2]>, mut f: impl FnMut(usize, Jet)) {
         let (j, wy, dy) = weights((y - self.lower[1]) * self.per_mm[1], self.cells[1]);
         let width = self.cells[0] + 3;
@@ -157,9 +161,10 @@ fn pivots(n: usize) -> Vec<f64> {
 
 /// Turns values at `line[1..=n]` into coefficients at `line[0..=n + 1]`, in place.
 ///
-/// With `d_i = c_(i-1) - 2 c_i + c_(i+1)` the interpolation reads `f_i = c_i + d_i / 6`, and not-a-knot at node 1 reads
-/// `d_0 - 2 d_1 + d_2 = 0`. The second difference of the former gives `d_1 = f_0 - 2 f_1 + f_2`: the first inner
-/// coefficient is known outright (likewise the last), the others follow from the system (1, 4, 1) between them.
+/// With `d_i = c_(i-1) - 2 c_i + c_(i+1)` the interpolation reads `f_i = c_i + d_i / 6`, and
+/// not-a-knot at node 1 reads `d_0 - 2 d_1 + d_2 = 0`. The second difference of the former gives
+/// `d_1 = f_0 - 2 f_1 + f_2`: the first inner coefficient is known outright (likewise the last),
+/// the others follow from the system (1, 4, 1) between them.
 fn interpolate(line: &mut [f64], pivots: &[f64]) {
     let n = line.len() - 2;
     let f = |line: &[f64], i: usize| line[i + 1];
@@ -211,8 +216,8 @@ mod tests {
 
     #[test]
     fn values_equal_those_of_scipy() {
-        // h[j, i] = sin(1.3 i + 0.4 j) + 0.1 i j on xs = linspace(-3, 3, 7), ys = linspace(-2, 2.5, 6);
-        // s = RectBivariateSpline(ys, xs, h); s(y, x), s(y, x, dy=1), s(y, x, dx=1), SciPy 1.x.
+        // h[j, i] = sin(1.3 i + 0.4 j) + 0.1 i j on xs = linspace(-3, 3, 7), ys = linspace(-2, 2.5,
+        // 6); s = RectBivariateSpline(ys, xs, h); s(y, x), s(y, x, dy=1), s(y, x, dx=1), SciPy 1.x.
         let (nx, ny) = (7, 6);
         let heights: Vec<f64> = (0..nx * ny)
             .map(|k| ((k % nx) as f64, (k / nx) as f64))

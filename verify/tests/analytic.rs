@@ -1,4 +1,5 @@
-//! Gates: solids whose light is known in closed form. The tracer may judge nothing before it passes these.
+//! Gates: solids whose light is known in closed form. The tracer may judge nothing before it passes
+//! these.
 
 mod common;
 #[path = "../../tests/common/measured.rs"]
@@ -61,7 +62,8 @@ fn a_prism_bends_by_its_angle() {
     }
 }
 
-/// Where a ray at distance `x` from the axis lands that leaves glass at height `z` with the slope `zx`.
+/// Where a ray at distance `x` from the axis lands that leaves glass at height `z` with the slope
+/// `zx`.
 fn refracted(x: f64, z: f64, zx: f64, distance: f64) -> f64 {
     let a = zx.atan();
     x + (distance - z) * ((1.5 * a.sin()).asin() - a).tan()
@@ -129,7 +131,8 @@ fn a_plano_convex_lens_converges_with_the_order_of_its_surface_model() {
             })
             .fold(0.0, f64::max)
     };
-    // Slopes converge one order below heights: 3 for the spline, 2 for interpolated normals, 1 for facets.
+    // Slopes converge one order below heights: 3 for the spline, 2 for interpolated normals, 1 for
+    // facets.
     for (surface, order, measured) in
         [(Surface::Spline, 3.0, 6.2e-7), (Surface::Smooth, 2.0, 7.8e-5), (Surface::Facets, 1.0, 0.114)]
     {
@@ -145,7 +148,8 @@ fn a_full_solid_with_true_normals_refracts_like_a_sphere() {
     let radius = 80.0f64;
     let cap = |x: f64, y: f64| (radius * radius - x * x - y * y).sqrt() - radius;
     let mut mesh = block(161, 121, SIZE, -20.0, cap);
-    // Normals per vertex: of the sphere on the exit face; walls and entry face keep theirs, being flat.
+    // Normals per vertex: of the sphere on the exit face; walls and entry face keep theirs, being
+    // flat.
     let mut normals = glasswarp_verify::CornerNormals::default();
     for k in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(k);
@@ -184,7 +188,8 @@ fn total_reflection_begins_at_the_critical_slope() {
 
 #[test]
 fn light_turned_round_inside_comes_out_again() {
-    // A roof of 90 degrees reflects everything back: a full solid follows it, a block stops at the exit face.
+    // A roof of 90 degrees reflects everything back: a full solid follows it, a block stops at the
+    // exit face.
     let mesh = block(9, 7, SIZE, -40.0, |x, _| 10.0 - x.abs());
     let scene = Scene { surface: Surface::Facets, ..scene(SIZE, 32, 100.0) };
     let whole = photons(&Tracer::for_solid(&mesh, &scene).unwrap(), &PhotonPlan::new(20_000, 1)).unwrap();
@@ -225,7 +230,8 @@ fn fresnel_takes_four_percent_at_each_face() {
         let flux = beams(&tracer, 64, 48).flux;
         assert!((flux.window - 0.96 * 0.96).abs() < 1e-9, "{name}: {flux:?}");
     }
-    // With everything that goes to and fro inside: (1 - r) / (1 + r) for r = 0.04, up to the cut-off of weak branches.
+    // With everything that goes to and fro inside: (1 - r) / (1 + r) for r = 0.04, up to the
+    // cut-off of weak branches.
     let whole = Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene.clone() }).unwrap();
     let flux = photons(&whole, &PhotonPlan::new(10_000, 3)).unwrap().flux();
     within_tenth_of(2.4e-6, (flux.window - 0.96 / 1.04).abs(), format_args!("{flux:?}"));

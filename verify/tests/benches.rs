@@ -1,4 +1,5 @@
-//! Gates: light at an angle, from a point, from a mirror, onto a tilted receiver, on solids whose light is known in closed form.
+//! Gates: light at an angle, from a point, from a mirror, onto a tilted receiver, on solids whose
+//! light is known in closed form.
 
 mod common;
 #[path = "../../tests/common/measured.rs"]
@@ -38,8 +39,8 @@ fn point(position_mm: DVec3) -> Light {
     Light::Point { position_mm, emission: Emission::Isotropic, axis: None }
 }
 
-/// Where the line from a point along a direction meets the plane through `(0, 0, distance)` turned by a rotation vector, by the
-/// plane's equations and not by its axes.
+/// Where the line from a point along a direction meets the plane through `(0, 0, distance)` turned
+/// by a rotation vector, by the plane's equations and not by its axes.
 fn on_plane(from: DVec3, direction: DVec3, distance: f64, turned: DVec3) -> DVec2 {
     let frame = DMat3::from_quat(DQuat::from_scaled_axis(turned));
     // from + t direction = centre + y1 e1 + y2 e2: three linear equations.
@@ -184,7 +185,8 @@ fn window(pixels: usize) -> Window {
     Window { size_mm: SIZE, centre_mm: DVec2::ZERO, nx: pixels, ny: pixels * 3 / 4 }
 }
 
-/// What an image must be where its light falls on all of the window, up to one factor; by beams and by photons.
+/// What an image must be where its light falls on all of the window, up to one factor; by beams and
+/// by photons.
 fn demand_irradiance(tracer: &Tracer, wanted: impl Fn(DVec2) -> f64, what: &str) {
     let scene = tracer.scene();
     let (nx, ny) = (scene.window.nx, scene.window.ny);
@@ -223,7 +225,8 @@ fn demand_irradiance(tracer: &Tracer, wanted: impl Fn(DVec2) -> f64, what: &str)
     );
 }
 
-/// A plate so thin that what it shifts the light by is nothing: irradiance on the receiver is that of the source in air.
+/// A plate so thin that what it shifts the light by is nothing: irradiance on the receiver is that
+/// of the source in air.
 fn thin_plate() -> Block {
     Block::from_heights(SIZE, -1e-6, (9, 7), vec![0.0; 63]).unwrap()
 }
@@ -340,7 +343,8 @@ fn estimators_agree_through_a_relief_on_every_bench() {
             assert!((0.7..limit).contains(&mean), "{scene:?}: {mean}");
         }
     }
-    // A full solid sees the same light in the middle, where nothing comes that its walls have reflected.
+    // A full solid sees the same light in the middle, where nothing comes that its walls have
+    // reflected.
     let scene =
         Scene { light: point(DVec3::new(0.0, 0.0, -400.0)), surface: Surface::Facets, ..Scene::new(1.5, 80.0, window) };
     let whole = photons(&Tracer::for_solid(&mesh, &scene).unwrap(), &PhotonPlan::new(3_000_000, 1)).unwrap().image();
@@ -423,7 +427,7 @@ fn results_of_uneven_light_do_not_depend_on_threads_and_survive_a_file() {
     let block = Block::from_mesh(&block(61, 46, SIZE, -8.0, relief)).unwrap();
     let light = Light::Point { position_mm: DVec3::new(9.0, 2.0, -50.0), emission: Emission::Lambertian, axis: None };
     let tracer = Tracer::for_block(&block, &Scene { light, ..scene(SIZE, 32, 60.0) }).unwrap();
-    let plan = PhotonPlan { replicates: 6, ..PhotonPlan::new(60_000, 4) };
+    let plan = PhotonPlan::new(60_000, 4).with_replicates(6);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| (beams(&tracer, 200, 160), photons(&tracer, &plan).unwrap()))

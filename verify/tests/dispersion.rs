@@ -7,7 +7,7 @@ use glam::DVec2;
 use glasswarp_verify::{
     Block, Optics, Scene, SceneError,
     dispersion::{Dispersed, LINES_NM, disperse},
-    picture,
+    image_file,
 };
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
@@ -34,7 +34,8 @@ fn a_prism_parts_the_lines_by_its_angle_and_shows_a_rainbow() {
     assert!((seen.fringing.rms_mm / (200.0 * part) - 1.0).abs() < 1e-3, "{:?}", seen.fringing);
     assert!((seen.fringing.worst_mm / ((200.0 + 4.0) * part) - 1.0).abs() < 1e-3, "{:?}", seen.fringing);
     assert!((seen.fringing.ior[0] - seen.fringing.ior[1] - 0.5 / 30.0).abs() < 1e-12);
-    // Thicker glass is at +x, and blue is bent further: where all the light begins, at the picture's right, there is no blue.
+    // Thicker glass is at +x, and blue is bent further: where all the light begins, at the
+    // picture's right, there is no blue.
     let row = 24 * 64;
     let first = (0..64).rev().find(|&i| seen.luminance.values[row + i] > 0.02).unwrap();
     let [r, g, b] = [0, 1, 2].map(|c| seen.rgb[c].values[row + first]);
@@ -71,8 +72,8 @@ fn coloured_pictures_are_written_encoded_and_linear() {
     let seen = white(|x, _| 0.2 * x, &scene(SIZE, 16, 200.0));
     let folder = tempfile::tempdir().unwrap();
     let (png, exr) = (folder.path().join("white.png"), folder.path().join("white.exr"));
-    picture::write_rgb_png(&png, &seen.rgb, 1.0).unwrap();
-    picture::write_rgb_exr(&exr, &seen.rgb).unwrap();
+    image_file::write_rgb_png(&png, &seen.rgb, 1.0).unwrap();
+    image_file::write_rgb_exr(&exr, &seen.rgb).unwrap();
     let back = image::open(&png).unwrap().into_rgb16();
     let linear = exr::prelude::read_first_flat_layer_from_file(&exr).unwrap().layer_data.channel_data.list;
     // Channels are kept by name: blue, green, red.
@@ -86,5 +87,5 @@ fn coloured_pictures_are_written_encoded_and_linear() {
             assert!((decoded - v.clamp(0.0, 1.0)).abs() < 1e-4, "{k}: {decoded} for {v}");
         }
     }
-    assert!(picture::write_rgb_png(&png, &seen.rgb, 0.0).is_err());
+    assert!(image_file::write_rgb_png(&png, &seen.rgb, 0.0).is_err());
 }

@@ -21,15 +21,15 @@ fn tracer(scene: &Scene) -> Tracer {
 
 #[test]
 fn photons_and_beams_agree_within_the_stated_noise() {
-    // Between facets the map tears: beams across an edge fill the gap, which converges with the first power of their
-    // width only. Fewer photons see no more than that.
+    // Between facets the map tears: beams across an edge fill the gap, which converges with the
+    // first power of their width only. Fewer photons see no more than that.
     for (surface, count) in [(Surface::Spline, 2_000_000), (Surface::Facets, 200_000)] {
         let tracer = tracer(&Scene { surface, ..scene(SIZE, 64, 250.0) });
         let sharp = beams(&tracer, 64 * 24, 51 * 24);
         let noisy = photons(&tracer, &PhotonPlan::new(count, 11)).unwrap();
         let (image, error) = (noisy.image(), noisy.standard_error());
-        // In units of the standard error the differences have a mean square of 1. Student's t with 31 degrees of
-        // freedom gives 31 / 29; over 3264 pixels that is known to a few percent.
+        // In units of the standard error the differences have a mean square of 1. Student's t with
+        // 31 degrees of freedom gives 31 / 29; over 3264 pixels that is known to a few percent.
         let squares: f64 = image
             .values
             .iter()
@@ -54,7 +54,8 @@ fn photons_and_beams_agree_within_the_stated_noise() {
     }
 }
 
-/// Probability that the magnitude of a standard normal variable stays below `x` (Abramowitz and Stegun 7.1.26, to 1.5e-7).
+/// Probability that the magnitude of a standard normal variable stays below `x` (Abramowitz and
+/// Stegun 7.1.26, to 1.5e-7).
 fn half_normal(x: f64) -> f64 {
     let t = 1.0 / (1.0 + 0.327_591_1 * x / 2f64.sqrt());
     let polynomial = [0.254_829_592, -0.284_496_736, 1.421_413_741, -1.453_152_027, 1.061_405_429];
@@ -65,12 +66,13 @@ fn half_normal(x: f64) -> f64 {
 fn photons_are_off_by_as_many_standard_errors_as_chance_has_it() {
     let tracer = tracer(&Scene { traversal: Traversal::Grid, ..scene(SIZE, 64, 250.0) });
     let sharp = beams(&tracer, 64 * 24, 51 * 24).image;
-    // One photon for every pixel, as a design has them, and a few; independent samples from few to many.
+    // One photon for every pixel, as a design has them, and a few; independent samples from few to
+    // many.
     for (count, replicates) in [(3000, 32), (3000, 4), (12_000, 128)] {
         let runs = 300;
         let mut off: Vec<f64> = (0..runs)
             .map(|seed| {
-                let plan = PhotonPlan { replicates, ..PhotonPlan::new(count, 1000 + seed) };
+                let plan = PhotonPlan::new(count, 1000 + seed).with_replicates(replicates);
                 let agreement = photons(&tracer, &plan).unwrap().agreement(&sharp).unwrap();
                 agreement.difference / agreement.standard_error
             })
@@ -156,17 +158,17 @@ fn results_do_not_depend_on_the_number_of_threads() {
 #[test]
 fn shards_add_up_to_the_whole_run_exactly() {
     let tracer = tracer(&scene(SIZE, 64, 250.0));
-    let plan = PhotonPlan { replicates: 10, ..PhotonPlan::new(40_000, 99) };
+    let plan = PhotonPlan::new(40_000, 99).with_replicates(10);
     let whole = photons(&tracer, &plan).unwrap();
-    let shard = |shard| photons(&tracer, &PhotonPlan { shard, shards: 3, ..plan }).unwrap();
+    let shard = |shard| photons(&tracer, &plan.with_shard(shard, 3)).unwrap();
     let merged = shard(2).merge(&shard(0)).unwrap();
     assert!(!merged.is_complete());
     assert_eq!(merged.clone().merge(&shard(0)), Err(PhotonError::Twice(0)));
     let merged = merged.merge(&shard(1)).unwrap();
     assert!(merged.is_complete() && merged == whole);
-    let other = photons(&tracer, &PhotonPlan { seed: 98, ..plan }).unwrap();
+    let other = photons(&tracer, &PhotonPlan::new(40_000, 98).with_replicates(10)).unwrap();
     assert_eq!(merged.merge(&other), Err(PhotonError::Different("the seed")));
-    assert!(matches!(photons(&tracer, &PhotonPlan { shard: 3, shards: 3, ..plan }), Err(PhotonError::Plan { .. })));
+    assert!(matches!(photons(&tracer, &plan.with_shard(3, 3)), Err(PhotonError::Plan { .. })));
 }
 
 #[test]
@@ -174,13 +176,13 @@ fn merged_files_are_those_of_one_run_byte_by_byte() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
     let tracer = tracer(&scene(SIZE, 64, 250.0));
-    let plan = PhotonPlan { replicates: 10, ..PhotonPlan::new(40_000, u64::MAX) };
+    let plan = PhotonPlan::new(40_000, u64::MAX).with_replicates(10);
     let whole = photons(&tracer, &plan).unwrap();
     whole.write(&path("whole.exr"), "a bench").unwrap();
     assert_eq!(PhotonTally::read(&path("whole.exr")).unwrap(), (whole, "a bench".to_owned()));
     let mut merged: Option<PhotonTally> = None;
     for shard in [2, 0, 1] {
-        let part = photons(&tracer, &PhotonPlan { shard, shards: 3, ..plan }).unwrap();
+        let part = photons(&tracer, &plan.with_shard(shard, 3)).unwrap();
         part.write(&path("part.exr"), "a bench").unwrap();
         let (part, _) = PhotonTally::read(&path("part.exr")).unwrap();
         merged = Some(merged.map_or(part.clone(), |sum| sum.merge(&part).unwrap()));
@@ -195,7 +197,7 @@ fn damaged_tallies_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("tally.exr");
     let tracer = tracer(&scene(SIZE, 24, 250.0));
-    photons(&tracer, &PhotonPlan { replicates: 4, ..PhotonPlan::new(4_000, 1) }).unwrap().write(&path, "b").unwrap();
+    photons(&tracer, &PhotonPlan::new(4_000, 1).with_replicates(4)).unwrap().write(&path, "b").unwrap();
     let good = std::fs::read(&path).unwrap();
     let refused = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
@@ -221,7 +223,7 @@ fn damaged_tallies_are_refused() {
         let error = refused(&bytes);
         assert!(error.contains(word), "'{word}' is not in: {error}");
     }
-    glasswarp_verify::picture::write_exr(&path, &Image::new(8, 8, vec![1.0; 64])).unwrap();
+    glasswarp_verify::image_file::write_exr(&path, &Image::new(8, 8, vec![1.0; 64])).unwrap();
     assert!(PhotonTally::read(&path).unwrap_err().to_string().contains("comment"));
 }
 

@@ -6,11 +6,20 @@ mod chart;
 use chart::{NX, NY, cases, light};
 use glasswarp_verify::{
     Image,
-    reference::{Crop, Flip, Frame, Levels, Measure, Options, Reference, ReferenceError, Transfer, Turn, resampled},
+    reference::{
+        Crop, Flip, Frame, Levels, Measure, ReadOptions, Reference, ReferenceError, Transfer, Turn, resampled,
+    },
 };
 
-fn options() -> Options {
-    Options { svg_width: NX, ..Options::default() }
+fn options() -> ReadOptions {
+    with(&ReadOptions::default(), |options| options.svg_width = NX)
+}
+
+/// The same options but for what is set.
+fn with(options: &ReadOptions, set: impl FnOnce(&mut ReadOptions)) -> ReadOptions {
+    let mut options = options.clone();
+    set(&mut options);
+    options
 }
 
 /// The light of a reading with the chart's scale.
@@ -58,7 +67,7 @@ fn exact() -> Vec<u8> {
     cases().into_iter().find(|case| case.name == "png, gAMA 1").unwrap().bytes
 }
 
-fn read(options: &Options) -> Reference {
+fn read(options: &ReadOptions) -> Reference {
     Reference::parse(&exact(), options).unwrap()
 }
 
@@ -83,27 +92,30 @@ fn edits_do_what_the_page_says_in_its_order() {
         height: Measure::Share(0.5),
     };
     let part = |x: usize, y: usize| light(x + 24, y + 8);
-    let cropped = Options { crop: Some(crop), ..options() };
+    let cropped = with(&options(), |options| options.crop = Some(crop));
     same(&read(&cropped).light, &mean_one(20, 16, part));
     // Clockwise: what was on the left comes to the top.
-    let turned = Options { turn: Some(Turn::Quarter), ..cropped.clone() };
+    let turned = with(&cropped, |options| options.turn = Some(Turn::Quarter));
     same(&read(&turned).light, &mean_one(16, 20, |x, y| part(y, 15 - x)));
-    let flipped = Options { flip: Some(Flip::Horizontal), ..turned };
+    let flipped = with(&turned, |options| options.flip = Some(Flip::Horizontal));
     same(&read(&flipped).light, &mean_one(16, 20, |x, y| part(y, x)));
 
     let encode = |v: f64| if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     let decode = |v: f64| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
     let levels = Levels { black: 0.3, white: 0.9, gamma: 1.5 };
     let graded = |x: usize, y: usize| ((encode(light(x, y)) - 0.3) / 0.6).clamp(0.0, 1.0).powf(1.0 / 1.5);
-    let levelled = Options { levels: Some(levels), ..options() };
+    let levelled = with(&options(), |options| options.levels = Some(levels));
     same(&read(&levelled).light, &mean_one(NX, NY, |x, y| decode(graded(x, y))));
-    let inverted = Options { invert: true, offset: 0.2, ..levelled };
+    let inverted = with(&levelled, |options| {
+        options.invert = true;
+        options.offset = 0.2
+    });
     same(&read(&inverted).light, &mean_one(NX, NY, |x, y| decode(1.0 - graded(x, y)) + 0.2));
 }
 
 #[test]
 fn what_is_given_goes_before_what_the_file_says() {
-    let linear = Options { transfer: Some(Transfer::Linear), ..options() };
+    let linear = with(&options(), |options| options.transfer = Some(Transfer::Linear));
     let encoded = cases().into_iter().find(|case| case.name == "png, 16 bits").unwrap().bytes;
     let encode = |v: f64| if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     same(&Reference::parse(&encoded, &linear).unwrap().light, &mean_one(NX, NY, |x, y| encode(light(x, y))));
@@ -113,7 +125,7 @@ fn what_is_given_goes_before_what_the_file_says() {
 fn a_background_is_mixed_in_linear_light() {
     // White of alpha a on a ground of luminance b: a + (1 - a) b.
     let veiled = cases().into_iter().find(|case| case.name.contains("alpha")).unwrap().bytes;
-    let grey = Options { background: Some([188; 3]), ..options() };
+    let grey = with(&options(), |options| options.background = Some([188; 3]));
     let ground = ((188.0_f64 / 255.0 + 0.055) / 1.055).powf(2.4);
     let found = Reference::parse(&veiled, &grey).unwrap().light;
     let expected = mean_one(NX, NY, |x, y| {
@@ -125,7 +137,7 @@ fn a_background_is_mixed_in_linear_light() {
 
 #[test]
 fn a_frame_is_dark_and_as_wide_as_it_says() {
-    let framed = read(&Options { frame: Frame { margin: 0.1, vignette: None }, ..options() }).light;
+    let framed = read(&with(&options(), |options| options.frame = Frame { margin: 0.1, vignette: None })).light;
     // 48 and 32 pixels, which stay what they are, are 0.8 of the whole.
     assert_eq!((framed.nx, framed.ny), (60, 40));
     let part = mean_one(60, 40, |x, y| {
@@ -135,7 +147,7 @@ fn a_frame_is_dark_and_as_wide_as_it_says() {
     same(&framed, &part);
 }
 
-fn refused(bytes: &[u8], options: &Options) -> ReferenceError {
+fn refused(bytes: &[u8], options: &ReadOptions) -> ReferenceError {
     match Reference::parse(bytes, options) {
         Ok(read) => panic!("taken, with {} x {} pixels", read.light.nx, read.light.ny),
         Err(error) => error,
@@ -174,7 +186,7 @@ fn what_is_not_read_is_refused_by_name() {
     let art: Vec<Vec<u8>> = (0..NY).map(|y| (0..NX).flat_map(|x| [0, (x * y % 256) as u8]).collect()).collect();
     let art = chart::png(size, 8, 4, &art, &[]);
     assert!(refused(&art, &options()).to_string().contains("--background"));
-    assert!(Reference::parse(&art, &Options { background: Some([255; 3]), ..options() }).is_ok());
+    assert!(Reference::parse(&art, &with(&options(), |options| options.background = Some([255; 3]))).is_ok());
 
     let negative: Vec<u8> = (0..NX * NY).flat_map(|k| (k as f32 - 3.0).to_le_bytes()).collect();
     let floats = (339, 3, 1, vec![3, 0, 0, 0]);
@@ -203,12 +215,12 @@ fn layers_are_named_where_there_are_several() {
     let ReferenceError::Layers { names } = refused(&bytes, &options()) else { panic!("not told apart") };
     assert_eq!(names, ["A", "B"]);
     let first = |layer: &str| {
-        let read = Reference::parse(&bytes, &Options { layer: Some(layer.into()), ..options() }).unwrap();
+        let read = Reference::parse(&bytes, &with(&options(), |options| options.layer = Some(layer.into()))).unwrap();
         (read.light.values[0], read.light.values[11])
     };
     assert!(first("A").0 < first("A").1 && first("B").0 > first("B").1);
     assert!(matches!(
-        refused(&bytes, &Options { layer: Some("C".into()), ..options() }),
+        refused(&bytes, &with(&options(), |options| options.layer = Some("C".into()))),
         ReferenceError::NoLayer { .. }
     ));
 }

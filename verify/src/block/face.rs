@@ -1,45 +1,58 @@
-//! A block with another face than that of its file: worked on, thicker, or known better than by its heights.
+//! A block with another face than that of its file: worked on, thicker, or known better than by its
+//! heights.
 
-use super::{Block, BlockError};
+use super::{
+    error::BlockError,
+    model::{Block, above, places},
+};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::sync::Arc;
 
 impl Block {
-    /// The same block with an exit face of `nx` by `ny` nodes at these heights over the same plan: mm in the block's own frame, row-major, rows
-    /// along `+y`. Entry face, walls, rim and outline stay where they are.
+    /// The same block with an exit face of `nx` by `ny` nodes at these heights over the same plan:
+    /// mm in the block's own frame, row-major, rows along `+y`. Entry face, walls, rim and outline
+    /// stay where they are.
     ///
     /// # Errors
     /// Those of [`from_heights`](Self::from_heights).
     pub fn with_face(mut self, (nx, ny): (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
         let fresh = Self::from_heights(self.upper - self.lower, self.entry_z, (nx, ny), heights)?;
-        self.xs = super::places(nx, self.lower.x, self.upper.x);
-        self.ys = super::places(ny, self.lower.y, self.upper.y);
+        self.xs = places(nx, self.lower.x, self.upper.x);
+        self.ys = places(ny, self.lower.y, self.upper.y);
         (self.nx, self.ny, self.heights, self.diagonals) = (nx, ny, fresh.heights, fresh.diagonals);
         (self.spline, self.normals, self.slopes) = (None, None, None);
-        if let Some(border) = &self.border {
-            let known = (0..nx * ny).into_par_iter().map(|k| border.covers(self.node(k % nx, k / nx).truncate()));
-            let border = border.with_face(known.collect(), |at| self.height_between_nodes(at));
-            self.border = Some(Arc::new(border));
+        if let Some(outline) = &self.outline {
+            let known = (0..nx * ny).into_par_iter().map(|k| outline.covers(self.node(k % nx, k / nx).truncate()));
+            let outline = outline.with_face(known.collect(), |at| self.height_between_nodes(at));
+            self.outline = Some(Arc::new(outline));
         }
         Ok(self)
     }
 
-    /// The same block with slopes at its nodes (mm per mm), which [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose
-    /// slopes jump, as between the rows of a cutter, they are known better than any spline through the heights tells them.
+    /// The same with slopes at the nodes besides (mm per mm), which
+    /// [`Surface::Smooth`](crate::Surface::Smooth) interpolates: of a face whose slopes jump, as
+    /// between the rows of a cutter, they are known better than any spline through the heights
+    /// tells them.
     ///
     /// # Errors
-    /// [`BlockError::Grid`] for another number of slopes, or one that is not finite.
-    pub fn with_slopes(mut self, slopes: Vec<DVec2>) -> Result<Self, BlockError> {
-        if slopes.len() != self.heights.len() {
-            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), self.heights.len()) });
+    /// Those of [`with_face`](Self::with_face), another number of slopes, or one that is not
+    /// finite.
+    pub fn with_sloped_face(
+        self,
+        nodes: (usize, usize),
+        heights: Vec<f64>,
+        slopes: Vec<DVec2>,
+    ) -> Result<Self, BlockError> {
+        let face = self.with_face(nodes, heights)?;
+        if slopes.len() != face.heights.len() {
+            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), face.heights.len()) });
         }
         if let Some(k) = slopes.iter().position(|slope| !slope.is_finite()) {
-            let (i, j) = (k % self.nx, k / self.nx);
+            let (i, j) = (k % face.nx, k / face.nx);
             return Err(BlockError::Grid { why: format!("the slope at column {i}, row {j} is {}", slopes[k]) });
         }
-        self.slopes = Some(Arc::new(slopes));
-        Ok(self)
+        Ok(Self { slopes: Some(Arc::new(slopes)), ..face })
     }
 
     /// The same block with its entry face at `entry_z_mm`.
@@ -47,12 +60,13 @@ impl Block {
     /// # Errors
     /// [`BlockError::Grid`] for one that is not below all of the exit face.
     pub fn with_entry_z(mut self, entry_z_mm: f64) -> Result<Self, BlockError> {
-        super::above(&self.heights, self.nx, entry_z_mm)?;
+        above(&self.heights, self.nx, entry_z_mm)?;
         self.entry_z = entry_z_mm;
         Ok(self)
     }
 
-    /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where nothing else holds on to them.
+    /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where
+    /// nothing else holds on to them.
     pub fn into_heights_mm(self) -> Vec<f64> {
         Arc::try_unwrap(self.heights).unwrap_or_else(|shared| shared.to_vec())
     }
@@ -71,7 +85,7 @@ impl Block {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shading::node_normals;
+    use crate::block::shading::node_normals;
     use glam::DVec3;
 
     #[test]
@@ -80,7 +94,7 @@ mod tests {
         let around = (0..40).map(|k| (4.0 * DVec2::from_angle(f64::from(k))).extend(2.0)).collect();
         let plain = Block::from_heights(size, -3.0, (5, 4), vec![2.0; 20]).unwrap();
         let plain = plain.with_entry_face(0.6 * -size, 0.7 * size).unwrap();
-        let disc = plain.clone().within(around).unwrap();
+        let disc = plain.clone().trimmed_to(around).unwrap();
         // z = x / 10 + 1, on other nodes.
         let ramp: Vec<f64> = (0..77).map(|k| 0.2 * f64::from(k % 11)).collect();
         let (plain, disc) = [plain, disc].map(|block| block.with_face((11, 7), ramp.clone()).unwrap()).into();
@@ -94,10 +108,11 @@ mod tests {
         assert!(plain.clone().with_entry_z(0.0).is_err());
         assert_eq!(plain.clone().into_heights_mm(), ramp);
         let slopes = vec![DVec2::new(0.1, 0.0); 77];
-        let normals = node_normals(&plain.clone().with_slopes(slopes.clone()).unwrap());
+        let sloped = |slopes: Vec<DVec2>| plain.clone().with_sloped_face((11, 7), ramp.clone(), slopes);
+        let normals = node_normals(&sloped(slopes.clone()).unwrap());
         assert!((normals[3] - DVec3::new(-0.1, 0.0, 1.0).normalize()).length() < 1e-15);
         assert!((node_normals(&plain)[3] - normals[3]).length() < 1e-12);
-        assert!(plain.clone().with_slopes(slopes[1..].to_vec()).is_err());
-        assert!(plain.with_slopes(vec![DVec2::NAN; 77]).is_err());
+        assert!(sloped(slopes[1..].to_vec()).is_err());
+        assert!(sloped(vec![DVec2::NAN; 77]).is_err());
     }
 }

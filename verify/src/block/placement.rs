@@ -1,17 +1,19 @@
-//! Finding a block however it stands in its file: moved, turned, or with all its triangles inside out.
+//! Finding a block however it stands in its file: moved, turned, or with all its triangles inside
+//! out.
 //!
-//! The entry face is the plane that all of the mesh lies on one side of, and that covers as much as all that faces away from it. The edges
-//! of the exit face, seen along the normal of that plane, run along the lines of the grid and the diagonals of its cells: the directions
-//! that are a right angle apart are those of the lines.
+//! The entry face is the plane that all of the mesh lies on one side of, and that covers as much as
+//! all that faces away from it. The edges of the exit face, seen along the normal of that plane,
+//! run along the lines of the grid and the diagonals of its cells: the directions that are a right
+//! angle apart are those of the lines.
 
-use super::{Block, BlockError, PLANE_TOLERANCE};
+use super::{error::BlockError, model::Block, recognise::PLANE_TOLERANCE};
 use crate::{mesh::Mesh, solid};
 use glam::{DMat3, DQuat, DVec2, DVec3, Vec2Swizzles, Vec3Swizzles};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Where a block is meant to stand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stand {
+pub struct ExpectedPose {
     /// Size of the exit face along x and y, mm.
     pub face_mm: DVec2,
     /// The entry face, mm.
@@ -23,7 +25,8 @@ pub struct Stand {
 pub struct Placement {
     /// All triangles faced inwards, and were turned round.
     pub inside_out: bool,
-    /// Turns the coordinates of the file so that the entry face is below and the lines of the grid run along x and y.
+    /// Turns the coordinates of the file so that the entry face is below and the lines of the grid
+    /// run along x and y.
     pub turn: DMat3,
     /// By how much it is moved then, mm.
     pub shift_mm: DVec3,
@@ -43,7 +46,7 @@ impl Placement {
 
 /// A block where it belongs.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub struct PlacedBlock {
     /// The solid, brought there.
     pub mesh: Mesh,
     /// The block in it.
@@ -52,19 +55,22 @@ pub struct Placed {
     pub placement: Placement,
 }
 
-/// A block may stand this part of its size beside its place: what lies within is rounding of text with few digits.
+/// A block may stand this part of its size beside its place: what lies within is rounding of text
+/// with few digits.
 const SHIFT_TOLERANCE: f64 = 1e-4;
 /// Its size may differ from what is expected by this part of it.
 const SIZE_TOLERANCE: f64 = 1e-3;
 
-impl Placed {
-    /// Finds the block in a mesh, and brings it where it belongs: with `stand`, its entry face at that height (of a block of another
-    /// thickness its mean exit plane at z = 0), and turned so that its sides have those lengths if one way of standing does; without, its mean exit plane at z = 0 unless that passes through its exit face
-    /// as it stands. In both cases the middle of its exit face stands on the axis. Of all ways to do so, the one that turns it least.
+impl PlacedBlock {
+    /// Finds the block in a mesh, and brings it where it belongs: with `stand`, its entry face at
+    /// that height (of a block of another thickness its mean exit plane at z = 0), and turned so
+    /// that its sides have those lengths if one way of standing does; without, its mean exit plane
+    /// at z = 0 unless that passes through its exit face as it stands. In both cases the middle of
+    /// its exit face stands on the axis. Of all ways to do so, the one that turns it least.
     ///
     /// # Errors
     /// The mesh as it was but for the orientation of its triangles, and why it is no block.
-    pub fn find(mut mesh: Mesh, stand: Option<&Stand>) -> Result<Self, Box<(Mesh, BlockError)>> {
+    pub fn find(mut mesh: Mesh, stand: Option<&ExpectedPose>) -> Result<Self, Box<(Mesh, BlockError)>> {
         let mut report = solid::check(&mesh);
         let mut placement = Placement::NONE;
         if report.is_inside_out() {
@@ -121,7 +127,7 @@ impl Placed {
     }
 
     /// The same block in its place.
-    fn at(mut self, stand: Option<&Stand>) -> Result<Self, Box<(Mesh, BlockError)>> {
+    fn at(mut self, stand: Option<&ExpectedPose>) -> Result<Self, Box<(Mesh, BlockError)>> {
         let block = &self.block;
         let tolerance = SHIFT_TOLERANCE * block.size_mm().max_element();
         let (low, high) = block.height_range_mm();
@@ -145,11 +151,16 @@ impl Placed {
         Ok(self)
     }
 
-    /// The same block turned by this many quarters about the axis, counter-clockwise as seen from the receiver.
+    /// The same block turned by this many quarters about the axis, counter-clockwise as seen from
+    /// the receiver.
     ///
     /// # Errors
     /// As of [`find`](Self::find).
-    pub fn turned_by_quarters(self, quarters: u32, stand: Option<&Stand>) -> Result<Self, Box<(Mesh, BlockError)>> {
+    pub fn turned_by_quarters(
+        self,
+        quarters: u32,
+        stand: Option<&ExpectedPose>,
+    ) -> Result<Self, Box<(Mesh, BlockError)>> {
         if quarters.is_multiple_of(4) {
             return Ok(self);
         }
@@ -173,19 +184,20 @@ impl Placed {
 }
 
 /// By which part the sides of a face are off, at most.
-fn ratio_off(size: DVec2, wanted: DVec2) -> f64 {
-    (size / wanted - 1.0).abs().max_element()
+fn ratio_off(size: DVec2, expected: DVec2) -> f64 {
+    (size / expected - 1.0).abs().max_element()
 }
 
-/// Bins of directions along each side of a cube's faces: odd, so that the directions of the axes are in the middle of one.
+/// Bins of directions along each side of a cube's faces: odd, so that the directions of the axes
+/// are in the middle of one.
 const BINS: usize = 65;
-/// Planes that are looked at: a block has one entry face, and walls that may be larger.
+/// Planes that are tried: a block has one entry face, and walls that may be larger.
 const PLANES: usize = 12;
 /// The entry face covers what faces away from it but for this part: slopes of the walls.
 const COVERED: f64 = 1e-3;
 
-/// The turns that bring what may be an entry face down and the lines of a grid along the axes; of each face the four ways, the least turn
-/// first.
+/// The turns that bring what may be an entry face down and the lines of a grid along the axes; of
+/// each face the four ways, the least turn first.
 fn turns(mesh: &Mesh) -> Vec<[DMat3; 4]> {
     let mut bins = vec![DVec3::ZERO; 6 * BINS * BINS];
     for k in 0..mesh.triangles.len() {
@@ -237,7 +249,8 @@ fn bin_of(direction: DVec3) -> Option<usize> {
     Some((face * BINS + place(across.x)) * BINS + place(across.y))
 }
 
-/// The outward normal of the plane that bounds the mesh in about this direction, if it covers all that faces the other way.
+/// The outward normal of the plane that bounds the mesh in about this direction, if it covers all
+/// that faces the other way.
 fn entry_normal(mesh: &Mesh, about: DVec3) -> Option<DVec3> {
     let (lo, hi) = mesh.bounds();
     let tolerance = PLANE_TOLERANCE * (hi - lo).max_element().max(lo.abs().max(hi.abs()).max_element());
@@ -309,7 +322,8 @@ fn along_the_lines(mesh: &Mesh, normal: DVec3) -> Option<[DMat3; 4]> {
     Some(turns)
 }
 
-/// How near to a whole number of quarter turns a turn is taken for one: coordinates then only change places and signs.
+/// How near to a whole number of quarter turns a turn is taken for one: coordinates then only
+/// change places and signs.
 const WHOLE: f64 = 1e-6;
 
 fn whole(turn: DMat3) -> DMat3 {
@@ -365,11 +379,11 @@ mod tests {
         parse(Format::Off, off.as_bytes()).unwrap()
     }
 
-    fn stand() -> Stand {
-        Stand { face_mm: DVec2::new(30.0, 20.0), entry_z_mm: -4.0 }
+    fn stand() -> ExpectedPose {
+        ExpectedPose { face_mm: DVec2::new(30.0, 20.0), entry_z_mm: -4.0 }
     }
 
-    fn difference(placed: &Placed) -> f64 {
+    fn difference(placed: &PlacedBlock) -> f64 {
         let wanted = Block::from_mesh(&block()).unwrap();
         let pairs = placed.block.heights_mm().iter().zip(wanted.heights_mm());
         pairs.fold(0.0, |worst, (a, b)| worst.max((a - b).abs()))
@@ -377,17 +391,17 @@ mod tests {
 
     #[test]
     fn a_block_in_its_place_is_left_alone() {
-        let placed = Placed::find(block(), Some(&stand())).unwrap();
+        let placed = PlacedBlock::find(block(), Some(&stand())).unwrap();
         assert_eq!(placed.placement, Placement::NONE);
         assert_eq!(placed.mesh, block());
-        assert_eq!(Placed::find(block(), None).unwrap().placement, Placement::NONE);
+        assert_eq!(PlacedBlock::find(block(), None).unwrap().placement, Placement::NONE);
     }
 
     #[test]
     fn moved_blocks_are_brought_back() {
         let shift = DVec3::new(300.0, -200.0, 50.0);
         for stand in [Some(stand()), None] {
-            let placed = Placed::find(block().moved(shift), stand.as_ref()).unwrap();
+            let placed = PlacedBlock::find(block().moved(shift), stand.as_ref()).unwrap();
             assert_eq!(placed.placement.turn, DMat3::IDENTITY);
             let off = (placed.placement.shift_mm + shift).abs();
             // Without a stand it is not known where the mean of the exit face belongs.
@@ -410,7 +424,7 @@ mod tests {
         }
         assert_eq!(all.len(), 24);
         for turn in all {
-            let placed = Placed::find(block().turned(&turn), Some(&stand())).unwrap();
+            let placed = PlacedBlock::find(block().turned(&turn), Some(&stand())).unwrap();
             assert_eq!(placed.block.nodes(), (31, 21), "{turn}");
             // As it was, or half a turn from it.
             let half = placed.clone().turned_by_quarters(2, Some(&stand())).unwrap();
@@ -420,7 +434,7 @@ mod tests {
         for angle in [10f64, 1.0, 44.0, 0.02, 71.0] {
             for axis in [DVec3::Z, DVec3::X, DVec3::new(1.0, -2.0, 0.5).normalize()] {
                 let turn = DMat3::from_axis_angle(axis, angle.to_radians());
-                let placed = Placed::find(block().turned(&turn), Some(&stand())).unwrap();
+                let placed = PlacedBlock::find(block().turned(&turn), Some(&stand())).unwrap();
                 let half = placed.clone().turned_by_quarters(2, Some(&stand())).unwrap();
                 let worst = difference(&placed).min(difference(&half));
                 assert!(worst < 1e-9, "{angle} degrees about {axis}: {worst}");
@@ -432,7 +446,7 @@ mod tests {
     fn a_block_inside_out_is_turned_round_and_said() {
         let mut mesh = block();
         mesh.turn_inside_out();
-        let placed = Placed::find(mesh, Some(&stand())).unwrap();
+        let placed = PlacedBlock::find(mesh, Some(&stand())).unwrap();
         assert_eq!(placed.placement, Placement { inside_out: true, ..Placement::NONE });
         assert_eq!(difference(&placed), 0.0);
     }
@@ -442,9 +456,9 @@ mod tests {
         let mut mesh = block();
         // A node out of its line.
         mesh.vertices[400].x += 0.3;
-        let mesh = Placed::find(mesh, None).unwrap_err().0;
+        let mesh = PlacedBlock::find(mesh, None).unwrap_err().0;
         assert_eq!(mesh.vertices[400].x, block().vertices[400].x + 0.3);
         let tetrahedron = b"OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
-        assert!(Placed::find(parse(Format::Off, tetrahedron).unwrap(), None).is_err());
+        assert!(PlacedBlock::find(parse(Format::Off, tetrahedron).unwrap(), None).is_err());
     }
 }

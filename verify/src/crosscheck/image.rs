@@ -1,40 +1,46 @@
-//! Agreement of caustics, with the renderer's noise taken from two runs.
+//! PhotonAgreement of caustics, with the renderer's noise taken from two runs.
 
-use crate::film::Image;
+use crate::image::Image;
 
-/// Agreement at one number of pixels.
+/// PhotonAgreement at one number of pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ImageLevel {
     /// Pixels across the whole window.
     pub pixels: usize,
     /// Relative RMS difference between one run of the renderer and the verifier.
     pub rel_rms: f64,
-    /// Relative RMS noise of one run: the difference of the two, over the square root of 2. What both runs have in common
-    /// (blur, a lattice) is not in it.
+    /// Relative RMS noise of one run: the difference of the two, over the square root of 2. What
+    /// both runs have in common (blur, a lattice) is not in it.
     pub noise: f64,
-    /// The difference without the noise: the root of the mean product of both runs' differences, 0 where that is negative.
+    /// The difference without the noise: the root of the mean product of both runs' differences, 0
+    /// where that is negative.
     pub without_noise: f64,
 }
 
-/// Agreement of a renderer's caustic with the verifier's.
+/// PhotonAgreement of a renderer's caustic with the verifier's.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ImageAgreement {
     /// At an eighth, a quarter, half of the pixels, and all.
     pub levels: Vec<ImageLevel>,
-    /// Black pixels of the renderer where the verifier finds light, in either run. They are left out.
+    /// Black pixels of the renderer where the verifier finds light, in either run. They are left
+    /// out.
     pub black: usize,
     /// Pixels that were compared, with those.
     pub pixels: usize,
 }
 
-/// The outermost part of the window on each side that is not compared: photon maps are dark along borders.
+/// The outermost part of the window on each side that is not compared: photon maps are dark along
+/// borders.
 const BORDER: f64 = 0.05;
 /// Sizes of averaged pixels.
 const BINNING: [usize; 4] = [8, 4, 2, 1];
 
 impl ImageAgreement {
-    /// Compares both runs with the verifier's image, all normalised to the mean 1 over what is compared. Also gives the
-    /// mean of the runs, in the verifier's scale. Nothing if there is no light.
+    /// Compares both runs with the verifier's image, all normalised to the mean 1 over what is
+    /// compared. Also gives the mean of the runs, in the verifier's scale. Nothing if there is no
+    /// light.
     pub(super) fn between(ours: &Image, runs: &[Image]) -> Option<(Self, Image)> {
         let [a, b] = runs else { return None };
         let (nx, ny) = (ours.nx, ours.ny);
@@ -120,7 +126,8 @@ mod tests {
         let (agreement, mean) = ImageAgreement::between(&ours, &[run(1), run(2)]).unwrap();
         assert_eq!((agreement.black, agreement.levels.len()), (0, 4));
         for (level, size) in agreement.levels.iter().zip(BINNING) {
-            // Averaging over size^2 pixels takes out so much noise, and nothing of what is shared: 32 is a multiple.
+            // Averaging over size^2 pixels takes out so much noise, and nothing of what is shared:
+            // 32 is a multiple.
             let expected = 0.1 / size as f64;
             assert!((level.noise / expected - 1.0).abs() < 0.1, "{level:?}");
             assert!((level.without_noise - 0.03).abs() < 0.003, "{level:?}");

@@ -1,9 +1,8 @@
 //! A scene on the disk, and running it.
 
-use super::Renderer;
-use crate::{film::Image, scene::SceneError};
+use super::{error::CrosscheckError, renderer::Renderer};
 use glam::DVec2;
-use glasswarp_files::{PlanError, WriteError, enter, may_replace, write_atomically};
+use glasswarp_files::{WriteError, enter, may_replace, write_atomically};
 use std::{
     ffi::OsStr,
     fs::{self, File},
@@ -12,62 +11,14 @@ use std::{
     process::{Command, Stdio},
 };
 
-/// Why a cross-check came to no result.
-#[derive(Debug, thiserror::Error)]
-pub enum CrosscheckError {
-    /// The scene cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// A file in the folder is not this program's to replace.
-    #[error(transparent)]
-    Owned(#[from] PlanError),
-    /// The program is not there.
-    #[error("{} is not installed: '{program}' or its package was not found ({}); the scene is in {}", renderer.name(), renderer.remedy(), folder.display())]
-    NotInstalled {
-        /// Which renderer.
-        renderer: Renderer,
-        /// What was looked for.
-        program: String,
-        /// Where the scene lies, ready to be run elsewhere.
-        folder: PathBuf,
-    },
-    /// The program was started, and failed.
-    #[error("{} failed ({what}); its last words, of which {} has more:\n{tail}", renderer.name(), log.display())]
-    Failed {
-        /// Which renderer.
-        renderer: Renderer,
-        /// Exit status, or what is missing.
-        what: String,
-        /// Everything it printed.
-        log: PathBuf,
-        /// The end of that.
-        tail: String,
-    },
-    /// What was rendered cannot be used.
-    #[error("{}: {reason}", path.display())]
-    Picture {
-        /// The picture.
-        path: PathBuf,
-        /// What is wrong.
-        reason: String,
-    },
-    /// A renderer whose rays cannot be aimed.
-    #[error("{} cannot be used in map mode: its rays pass anywhere within their pixels; look at the caustic (--mode image)", .0.name())]
-    NoMap(Renderer),
-    /// No light to compare.
-    #[error("no light arrives on the receiver, so there is nothing to compare")]
-    Dark,
-    /// A bench that cannot be.
-    #[error(transparent)]
-    Scene(#[from] SceneError),
-}
-
 /// How pictures say what they mean.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Code {
-    /// Landing points: red and green run from the first point to the second, blue is 1 where anything was hit.
+    /// Landing points: red and green run from the first point to the second, blue is 1 where
+    /// anything was hit.
     Landings([DVec2; 2]),
-    /// Irradiance; a pixel of value `clipped` or more is clipped, light without a block has the value `exposure`.
+    /// Irradiance; a pixel of value `clipped` or more is clipped, light without a block has the
+    /// value `exposure`.
     Irradiance { clipped: f64, exposure: f64 },
 }
 
@@ -104,7 +55,8 @@ impl Job {
         self.runs.iter().map(line).collect()
     }
 
-    /// Smallest step of a coordinate that the pictures of map mode can tell, mm; 0 if it does not matter.
+    /// Smallest step of a coordinate that the pictures of map mode can tell, mm; 0 if it does not
+    /// matter.
     pub fn quantum_mm(&self) -> f64 {
         match (self.renderer, self.code) {
             (Renderer::PovRay, Code::Landings([from, to])) => (to - from).max_element() / f64::from(u16::MAX),
@@ -112,7 +64,8 @@ impl Job {
         }
     }
 
-    /// Renders the scene with `program`, or the renderer's usual executable. What it prints is kept in the folder.
+    /// Renders the scene with `program`, or the renderer's usual executable. What it prints is kept
+    /// in the folder.
     ///
     /// # Errors
     /// A program that is missing or fails.
@@ -196,50 +149,6 @@ impl Job {
                 self.renderer.name()
             )
         })
-    }
-
-    fn read(&self, output: &str) -> Result<Vec<[f32; 3]>, CrosscheckError> {
-        let path = self.folder.join(output);
-        let wrong = |reason: String| CrosscheckError::Picture { path: path.clone(), reason };
-        let (size, pixels) = match self.renderer {
-            Renderer::PovRay => super::povray::read(&path),
-            Renderer::Blender | Renderer::Mitsuba | Renderer::LuxCore => super::scripted::read(&path),
-        }
-        .map_err(wrong)?;
-        if size != self.pixels {
-            return Err(wrong(format!("it has {size:?} pixels instead of {:?}", self.pixels)));
-        }
-        Ok(pixels)
-    }
-
-    /// Landing points that were rendered, in the order of the pixels.
-    pub(super) fn read_landings(&self, nx: usize, ny: usize) -> Result<Vec<Option<DVec2>>, CrosscheckError> {
-        let Code::Landings([from, to]) = self.code else { return Err(self.not_such("map")) };
-        debug_assert_eq!(self.pixels, (nx, ny));
-        let decode = |&[r, g, b]: &[f32; 3]| {
-            // Blue is 1 wherever the receiver was hit: it takes out whatever the glass may have absorbed.
-            (b > 0.5).then(|| from + (to - from) * DVec2::new(f64::from(r / b), f64::from(g / b)))
-        };
-        Ok(self.read(&self.runs[0].output)?.iter().map(decode).collect())
-    }
-
-    /// Irradiance that was rendered, one image for every run.
-    pub(super) fn read_images(&self, nx: usize, ny: usize) -> Result<Vec<Image>, CrosscheckError> {
-        let Code::Irradiance { clipped, .. } = self.code else { return Err(self.not_such("image")) };
-        let image = |run: &Run| {
-            let values: Vec<f64> = self.read(&run.output)?.iter().map(|p| f64::from(p[1])).collect();
-            let over = values.iter().filter(|&&v| v >= clipped).count();
-            if over > 0 {
-                let path = self.folder.join(&run.output);
-                return Err(CrosscheckError::Picture { path, reason: format!("{over} pixels are clipped") });
-            }
-            Ok(Image::new(nx, ny, values))
-        };
-        self.runs.iter().map(image).collect()
-    }
-
-    fn not_such(&self, mode: &str) -> CrosscheckError {
-        CrosscheckError::Picture { path: self.folder.clone(), reason: format!("this is no scene of {mode} mode") }
     }
 }
 

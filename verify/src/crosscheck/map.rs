@@ -1,4 +1,4 @@
-//! Agreement of landing points.
+//! PhotonAgreement of landing points.
 
 use glam::DVec2;
 
@@ -7,6 +7,7 @@ pub const PERCENTILES: [f64; 4] = [50.0, 90.0, 99.0, 99.9];
 
 /// Where the verifier's rays land, mm; `None` for rays that never arrive. In the order of pictures.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Landings {
     /// Columns.
     pub nx: usize,
@@ -31,27 +32,32 @@ impl Landings {
 
 /// Distances between two sets of points.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Distances {
     /// Root of the mean square distance, mm.
     pub rms_mm: f64,
     /// Greatest distance, mm.
     pub worst_mm: f64,
-    /// Distances that so many of the rays do not exceed ([`PERCENTILES`]), mm; the first is the median.
+    /// Distances that so many of the rays do not exceed ([`PERCENTILES`]), mm; the first is the
+    /// median.
     pub percentiles_mm: [f64; 4],
     /// Mean of the differences, mm: a shift of the whole picture.
     pub shift_mm: DVec2,
 }
 
-/// Agreement of a renderer's landing points with the verifier's.
+/// PhotonAgreement of a renderer's landing points with the verifier's.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct MapAgreement {
     /// Rays that land by both.
     pub rays: usize,
     /// Rays that land by one of them only.
     pub contested: usize,
-    /// Distance from the verifier's landing points, with interpolated normals as the renderer has them.
+    /// Distance from the verifier's landing points, with interpolated normals as the renderer has
+    /// them.
     pub smooth: Distances,
-    /// Distance from the landing points of the spline surface: what a renderer's normals miss of it is in this.
+    /// Distance from the landing points of the spline surface: what a renderer's normals miss of it
+    /// is in this.
     pub spline: Distances,
 }
 

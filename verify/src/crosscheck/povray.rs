@@ -1,12 +1,16 @@
 //! Scenes for POV-Ray 3.7, and its pictures.
 
 use super::{
-    Renderer, Study,
-    job::{Code, CrosscheckError, Job, Run},
+    camera::{Camera, hole, light, receiver},
+    error::CrosscheckError,
+    job::{Code, Job, Run},
+    renderer::Renderer,
     shaded::ShadedMesh,
-    view::{View, hole, light, receiver},
 };
-use crate::scene::Optics;
+use crate::{
+    block::Block,
+    scene::{Optics, Scene},
+};
 use glam::{DVec2, DVec3, Vec3};
 use std::{
     io::{self, Write},
@@ -16,7 +20,8 @@ use std::{
 const MAP: &str = include_str!("povray_map.pov");
 const IMAGE: &str = include_str!("povray_image.pov");
 
-/// The brightest pixel of the verifier's image, in what a 16-bit picture can hold: photon maps have grain.
+/// The brightest pixel of the verifier's image, in what a 16-bit picture can hold: photon maps have
+/// grain.
 const BRIGHTEST: f64 = 0.5;
 /// Photons across the block for every pixel across the picture, and at most.
 const PHOTONS_PER_PIXEL: f64 = 16.0;
@@ -56,7 +61,8 @@ pub(super) fn map(folder: &Path, landed: [DVec2; 2], pixels: (usize, usize)) -> 
 /// `peak` is the verifier's brightest pixel; its scale is the renderer's too.
 pub(super) fn image(folder: &Path, peak: f64, size: DVec2, pixels: (usize, usize)) -> Job {
     let spacing = spacing(size, pixels);
-    // Photons start on a lattice and are jittered by a fixed sequence: another spacing is another noise.
+    // Photons start on a lattice and are jittered by a fixed sequence: another spacing is another
+    // noise.
     let runs = [spacing, spacing * 1.0137].into_iter().enumerate().map(|(k, spacing)| {
         run("image.pov", &format!("image-{}.png", k + 1), pixels, Some(format!("Declare=Spacing={spacing}")))
     });
@@ -69,7 +75,7 @@ pub(super) fn image(folder: &Path, peak: f64, size: DVec2, pixels: (usize, usize
     }
 }
 
-pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
+pub(super) fn write(job: &Job, block: &Block, scene: &Scene, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
     job.write("block.inc", |out| mesh(out, shaded))?;
     let (name, template) = match job.code {
         Code::Landings(_) => ("map.pov", MAP),
@@ -80,7 +86,6 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
         for command in job.commands() {
             writeln!(out, "//   {command}")?;
         }
-        let (block, scene) = (study.block, &study.scene);
         let mut declare = |name: &str, value: f64| writeln!(out, "#declare {name} = {value};");
         declare("Index", scene.ior())?;
         declare("Distance", scene.distance_mm)?;
@@ -98,16 +103,16 @@ pub(super) fn write(job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result
                 pair("Landed_From", from)?;
                 pair("Landed_To", to)?;
                 let mut triple = |name: &str, v: DVec3| writeln!(out, "#declare {name} = <{}, {}, {}>;", v.x, v.y, v.z);
-                let view = View::of(block, scene);
-                triple("View_Location", view.location(block))?;
-                triple("View_Direction", view.source.map_or(view.looks, |source| view.centre - source))?;
-                triple("View_Right", view.right)?;
-                triple("View_Up", view.up)?;
+                let camera = Camera::of(block, scene);
+                triple("View_Location", camera.location(block))?;
+                triple("View_Direction", camera.source.map_or(camera.forward, |source| camera.centre - source))?;
+                triple("View_Right", camera.right)?;
+                triple("View_Up", camera.up)?;
                 let axes = receiver(scene);
                 triple("Receiver_X", axes.x_axis)?;
                 triple("Receiver_Y", axes.y_axis)?;
                 triple("Receiver_Z", axes.z_axis)?;
-                writeln!(out, "#declare At_Source = {};", i32::from(view.source.is_some()))?;
+                writeln!(out, "#declare At_Source = {};", i32::from(camera.source.is_some()))?;
                 writeln!(out, "#declare Mirror = {};", i32::from(scene.optics == Optics::Reflects))?;
             }
             Code::Irradiance { exposure, .. } => {
@@ -146,12 +151,4 @@ fn mesh(out: &mut dyn Write, shaded: &ShadedMesh) -> io::Result<()> {
         writeln!(out, "  }}")?;
     }
     writeln!(out, "  inside_vector <0, 0, 1>\n}}")
-}
-
-/// Pixels of a 16-bit PNG, 0..1.
-#[allow(clippy::type_complexity)]
-pub(super) fn read(path: &Path) -> Result<((usize, usize), Vec<[f32; 3]>), String> {
-    let picture = image::open(path).map_err(|error| error.to_string())?.into_rgb16();
-    let size = (picture.width() as usize, picture.height() as usize);
-    Ok((size, picture.pixels().map(|p| p.0.map(|v| f32::from(v) / f32::from(u16::MAX))).collect()))
 }

@@ -1,12 +1,16 @@
 //! Scenes for renderers that are driven by a script in Python, and their pictures.
 
 use super::{
-    Renderer, Study,
-    job::{Code, CrosscheckError, Job, Run},
+    camera::{Camera, hole, light, receiver},
+    error::CrosscheckError,
+    job::{Code, Job, Run},
+    renderer::Renderer,
     shaded::ShadedMesh,
-    view::{View, hole, light, receiver},
 };
-use crate::scene::Optics;
+use crate::{
+    block::Block,
+    scene::{Optics, Scene},
+};
 use glam::{DVec2, DVec3, Vec3};
 use std::path::Path;
 
@@ -88,7 +92,13 @@ impl Script {
     }
 
     /// Writes the mesh, and the script with the bench at its head.
-    pub(super) fn write(&self, job: &Job, study: &Study<'_>, shaded: &ShadedMesh) -> Result<(), CrosscheckError> {
+    pub(super) fn write(
+        &self,
+        job: &Job,
+        block: &Block,
+        scene: &Scene,
+        shaded: &ShadedMesh,
+    ) -> Result<(), CrosscheckError> {
         let vectors = |name: &str, vectors: &[Vec3]| {
             job.write(name, |out| {
                 vectors.iter().flat_map(Vec3::to_array).try_for_each(|v| out.write_all(&v.to_le_bytes()))
@@ -108,7 +118,6 @@ impl Script {
             for command in job.commands() {
                 writeln!(out, "#   {command}")?;
             }
-            let (block, scene) = (study.block, &study.scene);
             let window = &scene.window;
             let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
             let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
@@ -127,17 +136,17 @@ impl Script {
                     pair("LANDED_FROM", from)?;
                     pair("LANDED_TO", to)?;
                     let mut triple = |name: &str, v: DVec3| writeln!(out, "{name} = ({}, {}, {})", v.x, v.y, v.z);
-                    let view = View::of(block, scene);
-                    triple("VIEW_LOCATION", view.location(block))?;
-                    triple("VIEW_CENTRE", view.centre)?;
-                    triple("VIEW_LOOKS", view.looks)?;
-                    triple("VIEW_RIGHT", view.right)?;
-                    triple("VIEW_UP", view.up)?;
+                    let camera = Camera::of(block, scene);
+                    triple("VIEW_LOCATION", camera.location(block))?;
+                    triple("VIEW_CENTRE", camera.centre)?;
+                    triple("VIEW_LOOKS", camera.forward)?;
+                    triple("VIEW_RIGHT", camera.right)?;
+                    triple("VIEW_UP", camera.up)?;
                     let axes = receiver(scene);
                     triple("RECEIVER_X", axes.x_axis)?;
                     triple("RECEIVER_Y", axes.y_axis)?;
                     triple("RECEIVER_Z", axes.z_axis)?;
-                    writeln!(out, "AT_SOURCE = {}", truth(view.source.is_some()))?;
+                    writeln!(out, "AT_SOURCE = {}", truth(camera.source.is_some()))?;
                     writeln!(out, "MIRROR = {}", truth(scene.optics == Optics::Reflects))?;
                 }
                 Code::Irradiance { .. } => {
@@ -157,23 +166,4 @@ impl Script {
             writeln!(out, "\n{}\n\n{body}", self.common)
         })
     }
-}
-
-/// Pixels of a 32-bit OpenEXR.
-#[allow(clippy::type_complexity)]
-pub(super) fn read(path: &Path) -> Result<((usize, usize), Vec<[f32; 3]>), String> {
-    use exr::prelude::{ReadChannels, ReadLayers, read};
-    let picture = read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(
-            |size: exr::prelude::Vec2<usize>, _| (size, vec![[0f32; 3]; size.area()]),
-            |(size, pixels), at, (r, g, b): (f32, f32, f32)| pixels[at.y() * size.x() + at.x()] = [r, g, b],
-        )
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(path)
-        .map_err(|error| error.to_string())?;
-    let (size, pixels) = picture.layer_data.channel_data.pixels;
-    Ok(((size.x(), size.y()), pixels))
 }

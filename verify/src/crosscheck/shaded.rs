@@ -1,10 +1,13 @@
 //! The file's own triangles with the normals that renderers shall interpolate.
 
-use crate::{block::Block, mesh::Mesh, shading::node_normals};
+use crate::{
+    block::{Block, node_normals},
+    mesh::Mesh,
+};
 use glam::{DVec2, DVec3, Vec3};
 
-/// A mesh with one normal per vertex, in the single precision of renderers. Where the exit face meets a wall the
-/// vertices stand twice, or more often.
+/// A mesh with one normal per vertex, in the single precision of renderers. Where the exit face
+/// meets a wall the vertices stand twice, or more often.
 #[derive(Clone, Debug)]
 pub(super) struct ShadedMesh {
     pub(super) positions: Vec<Vec3>,
@@ -13,8 +16,9 @@ pub(super) struct ShadedMesh {
 }
 
 impl ShadedMesh {
-    /// The triangles of `mesh`, in which `block` was recognised: nodes of the exit face have the normals that the verifier
-    /// interpolates, everything else is flat. Of a face that is no rectangle, the vertices on its outline have the spline's.
+    /// The triangles of `mesh`, in which `block` was recognised: nodes of the exit face have the
+    /// normals that the verifier interpolates, everything else is flat. Of a face that is no
+    /// rectangle, the vertices on its outline have the spline's.
     pub(super) fn new(mesh: &Mesh, block: &Block) -> Self {
         let (lower, size) = (block.lower, block.size_mm());
         let of_nodes = node_normals(block);

@@ -1,13 +1,13 @@
 //! Height maps: a picture whose pixels are nodes, with its numbers beside it as text.
 
-use super::{LoadError, outlined};
-use crate::{mesh::Mesh, picture::read_exr_layer};
+use super::{error::LoadError, outlined};
+use crate::{image_file::read_exr_layer, mesh::Mesh};
 use exr::prelude::AttributeValue;
 use glam::{DVec2, DVec3};
 use std::{collections::HashMap, io::Cursor};
 
 fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "height map", reason: reason.into() }
+    LoadError::malformed("height map", reason)
 }
 
 /// Most pixels that are taken.
@@ -25,7 +25,8 @@ pub(super) fn parse_png(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let notes: HashMap<String, String> =
         info.uncompressed_latin1_text.iter().map(|chunk| (chunk.keyword.clone(), chunk.text.clone())).collect();
     let notes = Notes::read(&notes, nx, ny)?;
-    // No packing of PNG makes more of a byte than this, and the header is believed before the rest is seen.
+    // No packing of PNG makes more of a byte than this, and the header is believed before the rest
+    // is seen.
     if 2 * nx * ny > 1032 * bytes.len() {
         return Err(malformed(format!("{} bytes are too few for {nx} x {ny} pixels", bytes.len())));
     }

@@ -1,19 +1,24 @@
 //! Wavefront OBJ.
 
-use super::{Assembler, Failed, LoadError, Normals, Points, polygon};
+use super::{
+    assemble::{Assembler, Failed, Normals, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::io::{self, Read};
 
-/// Parses the geometry of an OBJ file, all objects together; polygons are cut into triangles, materials are passed over.
+/// Parses the geometry of an OBJ file, all objects together; polygons are cut into triangles,
+/// materials are passed over.
 pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let failed = |error: io::Error| LoadError::Malformed { format: "OBJ", reason: error.to_string() };
     stream(&mut &*bytes, normals, &failed)?.map_or_else(|| any(bytes), Ok)
 }
 
-/// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores and without holding it as a whole.
-/// `None` for any other, of which a part has been read.
+/// Parses a file of nothing but triangles by absolute indices, as most large ones are, on all cores
+/// and without holding it as a whole. `None` for any other, of which a part has been read.
 pub(super) fn stream(file: &mut impl Read, normals: Normals, failed: Failed<'_>) -> Result<Option<Mesh>, LoadError> {
     let (mut assembler, mut points, mut directions) = (Assembler::new(0), Points::new(Vec::new()), Vec::new());
     let (mut pieces, mut line) = (vec![Vec::new(); PIECES], Vec::new());
@@ -24,7 +29,7 @@ pub(super) fn stream(file: &mut impl Read, normals: Normals, failed: Failed<'_>)
         if pieces[0].is_empty() {
             break;
         }
-        let parsed: Option<Vec<Plain>> = pieces.par_iter().map(|piece| plain(piece, normals)).collect();
+        let parsed: Option<Vec<PlainPiece>> = pieces.par_iter().map(|piece| plain(piece, normals)).collect();
         let Some(parsed) = parsed else { return Ok(None) };
         for piece in parsed {
             points.extend(piece.positions.iter().map(|v| v.as_dvec3()));
@@ -55,7 +60,8 @@ fn nothing(index: usize) -> LoadError {
 const PIECE: usize = 1 << 20;
 const PIECES: usize = 16;
 
-/// Fills pieces with whole lines of a file; what is left of the last line stays in `line`. Tells whether no line is longer than a piece.
+/// Fills pieces with whole lines of a file; what is left of the last line stays in `line`. Tells
+/// whether no line is longer than a piece.
 fn read(
     file: &mut impl Read,
     pieces: &mut [Vec<u8>],
@@ -76,7 +82,7 @@ fn read(
 
 /// What a piece of a plain file holds.
 #[derive(Default)]
-struct Plain {
+struct PlainPiece {
     positions: Vec<Vec3>,
     directions: Vec<Vec3>,
     /// Corners, counted from 0.
@@ -85,8 +91,8 @@ struct Plain {
     normals: Vec<[u32; 3]>,
 }
 
-fn plain(mut text: &[u8], normals: Normals) -> Option<Plain> {
-    let mut piece = Plain::default();
+fn plain(mut text: &[u8], normals: Normals) -> Option<PlainPiece> {
+    let mut piece = PlainPiece::default();
     while let [first, after @ ..] = text {
         text = match (first, after) {
             (b'v', [b' ' | b'\t', after @ ..]) => vector(after, &mut piece.positions)?,
@@ -146,7 +152,7 @@ fn vector<'a>(mut text: &'a [u8], vectors: &mut Vec<Vec3>) -> Option<&'a [u8]> {
 }
 
 /// Reads three corners, and no more: all with normals, or none.
-fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut Plain) -> Option<&'a [u8]> {
+fn triangle<'a>(mut text: &'a [u8], reading: Normals, piece: &mut PlainPiece) -> Option<&'a [u8]> {
     let (mut corners, mut normals, mut with_normals) = ([0; 3], [0; 3], 0);
     for (corner, normal) in corners.iter_mut().zip(&mut normals) {
         (*corner, text) = number(after_blanks(text))?;
@@ -161,7 +167,7 @@ fn triangle<'a>(mut text: &'a [u8], wanted: Normals, piece: &mut Plain) -> Optio
     piece.triangles.push(corners);
     match with_normals {
         0 => {}
-        3 if wanted == Normals::Read => piece.normals.push(normals),
+        3 if reading == Normals::Read => piece.normals.push(normals),
         3 => {}
         _ => return None,
     }
@@ -219,7 +225,8 @@ fn any(bytes: &[u8]) -> Result<Mesh, LoadError> {
     assembler.finish(directions)
 }
 
-/// The lines that tell a shape, as the library reads them: without notes behind them, each in one piece, in ASCII.
+/// The lines that tell a shape, as the library reads them: without notes behind them, each in one
+/// piece, in ASCII.
 fn geometry(bytes: &[u8]) -> Vec<u8> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = Vec::with_capacity(bytes.len());

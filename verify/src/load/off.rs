@@ -1,14 +1,19 @@
 //! OFF (Object File Format of Geomview), as text.
 
-use super::{Allowance, Assembler, LoadError, Normals, Points, polygon};
+use super::{
+    assemble::{Allowance, Assembler, Normals, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::DVec3;
 
 fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "OFF", reason: reason.into() }
+    LoadError::malformed("OFF", reason)
 }
 
-/// Parses a file with or without normals, colours and texture coordinates, of which the normals are read.
+/// Parses a file with or without normals, colours and texture coordinates, of which the normals are
+/// read.
 pub(super) fn parse(bytes: &[u8], normals: Normals) -> Result<Mesh, LoadError> {
     let text = String::from_utf8_lossy(bytes);
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);

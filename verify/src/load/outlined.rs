@@ -1,4 +1,5 @@
-//! A height map whose block is no rectangle: its nodes within the outline, and a ring of triangles between them and the curve.
+//! A height map whose block is no rectangle: its nodes within the outline, and a ring of triangles
+//! between them and the curve.
 
 use crate::{mesh::Mesh, spline::Bicubic};
 use glam::{DVec2, DVec3};
@@ -23,7 +24,8 @@ impl Curve {
         if corner { (beyond / self.radius).length_squared() <= 1.0 } else { beyond.cmple(self.radius).all() }
     }
 
-    /// The point of the curve straight out from a point within: from a side, or from the centre of a corner.
+    /// The point of the curve straight out from a point within: from a side, or from the centre of
+    /// a corner.
     fn foot(&self, at: DVec2) -> DVec2 {
         let core = self.half - self.radius;
         let centre = at.clamp(-core, core);

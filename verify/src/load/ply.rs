@@ -1,11 +1,16 @@
 //! Polygon File Format (Stanford), text and binary.
 
-use super::{Assembler, LoadError, Points, polygon};
+use super::{
+    assemble::{Assembler, Points},
+    error::LoadError,
+    polygon,
+};
 use crate::mesh::Mesh;
 use glam::DVec3;
 use std::borrow::Cow;
 
-/// Parses the elements `vertex` and `face` of a PLY file; polygons are cut into fans, all other elements are passed over.
+/// Parses the elements `vertex` and `face` of a PLY file; polygons are cut into fans, all other
+/// elements are passed over.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let (header, body) = split(bytes)?;
     let (encoding, elements) = declared(&header)?;
@@ -68,7 +73,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         add(&polygon)?;
         first = end;
     }
-    // Strips of triangles, each turned the other way than the one before it; a negative number ends one.
+    // Strips of triangles, each turned the other way than the one before it; a negative number ends
+    // one.
     for strip in strips.split(|&index| index < 0.0) {
         for (k, corners) in strip.windows(3).enumerate() {
             let [a, b, c] = [index(corners[0])?, index(corners[1])?, index(corners[2])?];
@@ -106,7 +112,7 @@ impl Role {
 }
 
 fn malformed(reason: String) -> LoadError {
-    LoadError::Malformed { format: "PLY", reason }
+    LoadError::malformed("PLY", reason)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -207,7 +213,8 @@ struct Values<'a> {
 }
 
 impl Values<'_> {
-    /// Reads a scalar, or the items of a list. Every item takes bytes of the file, so that no count has to be believed.
+    /// Reads a scalar, or the items of a list. Every item takes bytes of the file, so that no count
+    /// has to be believed.
     fn list(&mut self, property: &Property, items: &mut Vec<f64>) -> Result<(), LoadError> {
         let mut count = match property.length {
             None => 1.0,
@@ -318,7 +325,8 @@ mod tests {
             assert!(text().contains(from), "{from}");
             assert_eq!(parse(text().replace(from, to).as_bytes()).unwrap(), mesh, "{to}");
         }
-        // An element of no use, with a list, between the others; more in a face; and what lies in a file behind all.
+        // An element of no use, with a list, between the others; more in a face; and what lies in a
+        // file behind all.
         let other = text()
             .replace("element face", "element camera 2\nproperty list char short views\nproperty int of\nelement face")
             .replace("3 0 2 1\n", "2 7 8 1\n0 1\n3 0 2 1\n");

@@ -1,9 +1,14 @@
 //! Cutting the polygons of a file into triangles.
 
-use super::{Assembler, LoadError, Points, step};
+use super::{
+    assemble::{Assembler, Points},
+    error::LoadError,
+    plane,
+};
 use glam::DVec3;
 
-/// Adds a polygon of points that are told by their numbers, with the numbers of its corners' normals if there are any.
+/// Adds a polygon of points that are told by their numbers, with the numbers of its corners'
+/// normals if there are any.
 pub(super) fn add(
     assembler: &mut Assembler,
     points: &mut Points,
@@ -27,10 +32,12 @@ pub(super) fn add(
     Ok(())
 }
 
-/// Triangles of a polygon whose corners stand at these places, by the numbers of its corners; going round as it does.
+/// Triangles of a polygon whose corners stand at these places, by the numbers of its corners; going
+/// round as it does.
 ///
-/// Four corners are cut along a diagonal that leaves two triangles of some area. More are cut by Delaunay's rule in their plane, which
-/// knows corners in a row on a side, and dents; a fan does not. What does not lie in a plane, or crosses itself, becomes a fan.
+/// Four corners are cut along a diagonal that leaves two triangles of some area. More are cut by
+/// Delaunay's rule in their plane, which knows corners in a row on a side, and dents; a fan does
+/// not. What does not lie in a plane, or crosses itself, becomes a fan.
 fn triangles(places: &[DVec3]) -> Vec<[usize; 3]> {
     let area = |[a, b, c]: [usize; 3]| (places[b] - places[a]).cross(places[c] - places[a]).length_squared();
     match places.len() {
@@ -42,7 +49,7 @@ fn triangles(places: &[DVec3]) -> Vec<[usize; 3]> {
         }
         n => {
             let around: Vec<u32> = (0..n as u32).collect();
-            match step::plane::triangles(places, &[around]) {
+            match plane::triangles(places, &[around]) {
                 Some(cut) if cut.len() == n - 2 => cut.into_iter().map(|t| t.map(|v| v as usize)).collect(),
                 _ => (2..n).map(|k| [0, k - 1, k]).collect(),
             }

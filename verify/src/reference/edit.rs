@@ -1,9 +1,9 @@
 //! What people do to a picture before it becomes light: crop, turn, levels, inversion.
 
 use super::{
-    colour::{light_to_srgb, srgb_to_light},
     error::ReferenceError,
     plane::Plane,
+    tone::{light_to_srgb, srgb_to_light},
 };
 
 /// A length within a picture.

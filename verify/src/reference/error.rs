@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 /// Why a picture cannot be judged by.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReferenceError {
     /// The file system refused.
     #[error("{} cannot be read: {source}", path.display())]

@@ -11,8 +11,8 @@ const MOST_MARGIN: f64 = 0.45;
 pub struct Frame {
     /// Share of the window on every side, 0 to 0.45.
     pub margin: f64,
-    /// Darkness outside of the ellipse within the picture, into which it fades over this share of the radius, 0 to 1; none if
-    /// there is no vignette.
+    /// Darkness outside of the ellipse within the picture, into which it fades over this share of
+    /// the radius, 0 to 1; none if there is no vignette.
     pub vignette: Option<f64>,
 }
 
@@ -46,7 +46,8 @@ impl Frame {
 /// Points along each side of a pixel at which the vignette is asked.
 const POINTS: usize = 8;
 
-/// Darkens pixels by the mean of the vignette over them: 1 inside, fading as a cubic with level ends over `soft` of the radius.
+/// Darkens pixels by the mean of the vignette over them: 1 inside, fading as a cubic with level
+/// ends over `soft` of the radius.
 fn vignetted(plane: &mut Plane, soft: f64) {
     let (nx, ny) = (plane.nx, plane.ny);
     let places = |side: usize| -> Vec<f64> {

@@ -1,6 +1,6 @@
 //! The light of a picture while it is turned, reduced and framed.
 
-use crate::film::Image;
+use crate::image::Image;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -25,8 +25,9 @@ impl Plane {
         Self { nx, ny, values }
     }
 
-    /// The upright picture, by the orientation of EXIF: 1 as it is, 2 mirrored, 3 turned by 180 degrees, 4 upside down, 6 and 8
-    /// to be turned by 90 degrees clockwise and counterclockwise, 5 and 7 transposed.
+    /// The upright picture, by the orientation of EXIF: 1 as it is, 2 mirrored, 3 turned by 180
+    /// degrees, 4 upside down, 6 and 8 to be turned by 90 degrees clockwise and counterclockwise, 5
+    /// and 7 transposed.
     pub(super) fn upright(self, orientation: u8) -> Self {
         let (nx, ny) = (self.nx, self.ny);
         match orientation {
@@ -41,7 +42,8 @@ impl Plane {
         }
     }
 
-    /// Means of blocks of `factor x factor` pixels; the last row and column of blocks may hold fewer.
+    /// Means of blocks of `factor x factor` pixels; the last row and column of blocks may hold
+    /// fewer.
     pub(super) fn reduced(self, factor: usize) -> Self {
         if factor <= 1 {
             return self;
@@ -67,7 +69,8 @@ impl Plane {
     }
 }
 
-/// An image at another number of pixels: every new pixel holds the mean of what it covers of the old ones, so that light is kept.
+/// An image at another number of pixels: every new pixel holds the mean of what it covers of the
+/// old ones, so that light is kept.
 pub fn resampled(image: &Image, nx: usize, ny: usize) -> Image {
     if (nx, ny) == (image.nx, image.ny) {
         return image.clone();
@@ -89,7 +92,8 @@ pub fn resampled(image: &Image, nx: usize, ny: usize) -> Image {
     Image::new(nx, ny, values)
 }
 
-/// What a new pixel covers of the old ones along one axis. In whole numbers: the old pixels are `new` units wide, the new ones `old`.
+/// What a new pixel covers of the old ones along one axis. In whole numbers: the old pixels are
+/// `new` units wide, the new ones `old`.
 struct Cover {
     begin: usize,
     end: usize,
@@ -124,7 +128,8 @@ mod tests {
 
     #[test]
     fn stored_corners_go_where_exif_says() {
-        // Where EXIF says that row 0 and column 0 of the stored picture are: their meeting point is pixel 0.
+        // Where EXIF says that row 0 and column 0 of the stored picture are: their meeting point is
+        // pixel 0.
         let corners = [
             (1, "top", "left"),
             (2, "top", "right"),

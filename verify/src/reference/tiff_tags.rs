@@ -101,7 +101,8 @@ impl<'a> Directory<'a> {
     }
 }
 
-/// The orientation that an EXIF block tells, 1 if it tells none. Some programs leave JPEG's `Exif\0\0` in front.
+/// The orientation that an EXIF block tells, 1 if it tells none. Some programs leave JPEG's
+/// `Exif\0\0` in front.
 pub(super) fn orientation_of_exif(exif: &[u8]) -> u8 {
     let exif = exif.strip_prefix(b"Exif\0\0").unwrap_or(exif);
     Directory::first(exif).map_or(1, |directory| directory.orientation())

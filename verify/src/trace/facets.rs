@@ -1,9 +1,7 @@
 //! Triangles in their search structure.
 
-use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    mesh::Mesh,
-};
+use super::accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside};
+use crate::mesh::Mesh;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -34,8 +32,9 @@ pub(super) enum Place {
     Rest(u32),
 }
 
-/// Corners a, b, c, d of two triangles (a, b, c) and (a, c, d); of one alone d = c, which no ray meets. Fetching them from
-/// memory is the most that a ray costs, so they are kept as small as is exact.
+/// Corners a, b, c, d of two triangles (a, b, c) and (a, c, d); of one alone d = c, which no ray
+/// meets. Fetching them from memory is the most that a ray costs, so they are kept as small as is
+/// exact.
 #[derive(Debug)]
 enum Quads {
     /// Every coordinate is a number of single precision, as in STL.
@@ -69,7 +68,8 @@ fn half<T: Copy>([a, b, c, d]: [T; 4], second: bool) -> [T; 3] {
 }
 
 impl Facets {
-    /// `triangles` of a mesh, by ascending number. Corners keep their order if `turns` says so; else triangles may be turned.
+    /// `triangles` of a mesh, by ascending number. Corners keep their order if `turns` says so;
+    /// else triangles may be turned.
     pub(super) fn new(mesh: &Mesh, triangles: &[u32], turns: Turns, reach_mm: f64) -> Self {
         let mut quads = Vec::with_capacity(triangles.len());
         let mut k = 0;
@@ -100,7 +100,8 @@ impl Facets {
         half(self.quads.at(at as usize / 2), at % 2 == 1)
     }
 
-    /// The nearest crossing beyond `least_t` that runs with the outward normal or against it, unless `best` is nearer.
+    /// The nearest crossing beyond `least_t` that runs with the outward normal or against it,
+    /// unless `best` is nearer.
     #[inline]
     pub(super) fn nearest(
         &self,
@@ -168,7 +169,8 @@ pub(super) fn rectangle(mesh: &Mesh, triangles: &[u32]) -> Option<[DVec3; 3]> {
         let (a, b) = (position(a), position(b));
         (a.x == b.x && (a.x == lo.x || a.x == hi.x)) || (a.y == b.y && (a.y == lo.y || a.y == hi.y))
     };
-    // With a border on the rectangle's sides only, they go round every point inside equally often: once, by their area.
+    // With a border on the rectangle's sides only, they go round every point inside equally often:
+    // once, by their area.
     let bordered = known.iter().filter(|&&(a, b)| !known.contains(&(b, a))).all(on_side);
     let area: f64 = triangles
         .iter()

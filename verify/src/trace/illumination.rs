@@ -1,21 +1,20 @@
 //! The light at a point of a block's face: where it comes from, and how much of it there is.
 //!
-//! Flux is told as flux per unit of area of the plane z = const through the point. A ray in air carries `e` per unit of area across
-//! it. Entering glass at `cos` to the entry face's normal, it brings `e cos` to a unit of that face; on its way through the glass
-//! parallel light keeps that, and the light of a point spreads. With `g` the tangent of its angle in air, `d` the way through air
-//! along the axis and `a` that through glass, it is
+//! Flux is told as flux per unit of area of the plane z = const through the point. A ray in air
+//! carries `e` per unit of area across it. Entering glass at `cos` to the entry face's normal, it
+//! brings `e cos` to a unit of that face; on its way through the glass parallel light keeps that,
+//! and the light of a point spreads. With `g` the tangent of its angle in air, `d` the way through
+//! air along the axis and `a` that through glass, it is
 //!
 //! ```text
 //! rho(g) = g (d + a / s),   s = sqrt(n^2 + (n^2 - 1) g^2),   drho/dg = d + a n^2 / s^3
 //! ```
 //!
-//! to the side of its source (Snell's law), and an area d g x d dg of the entry face has become (rho / g) g x drho.
+//! to the side of its source (Snell's law), and an area d g x d dg of the entry face has become
+//! (rho / g) g x drho.
 
-use crate::{
-    light::{BeamProfile, Emission, Light},
-    optics::{Interface, refract},
-    scene::{Fresnel, Optics, Scene},
-};
+use super::refraction::{RefractionOutcome, refract};
+use crate::scene::{BeamProfile, Emission, Fresnel, Light, Optics, Scene};
 use glam::{DMat3, DVec3};
 
 /// The rays of ideal light: parallel along a unit vector, or from a point, mm.
@@ -59,7 +58,7 @@ pub(super) fn axis_of(scene: &Scene) -> DVec3 {
 
 /// How much light the rays carry, in the bench's frame.
 #[derive(Clone, Debug)]
-pub(super) struct Strength {
+pub(super) struct SourceFlux {
     emission: Emission,
     axis: DVec3,
     profile: Option<BeamProfile>,
@@ -67,7 +66,7 @@ pub(super) struct Strength {
     plane_mm: f64,
 }
 
-impl Strength {
+impl SourceFlux {
     pub(super) fn of(scene: &Scene, plane_mm: f64) -> Self {
         let emission = match &scene.light {
             Light::Parallel { .. } => Emission::Isotropic,
@@ -114,7 +113,7 @@ pub(super) struct Arrival {
 /// What lights a block.
 #[derive(Clone, Debug)]
 pub(super) struct Illumination {
-    strength: Strength,
+    strength: SourceFlux,
     /// From the block's frame to the bench's, where they differ.
     turned: Option<DMat3>,
     optics: Optics,
@@ -132,7 +131,7 @@ impl Illumination {
             Optics::Reflects => 0.0,
         };
         Self {
-            strength: Strength::of(scene, plane_mm),
+            strength: SourceFlux::of(scene, plane_mm),
             turned: Scene::rotation(scene.turned),
             optics: scene.optics,
             entry_z,
@@ -145,7 +144,8 @@ impl Illumination {
         self.turned.map_or(rays, |turned| rays.turned(turned.transpose()))
     }
 
-    /// The light of these rays (in the block's frame) at a point of the face; none where it comes from the wrong side.
+    /// The light of these rays (in the block's frame) at a point of the face; none where it comes
+    /// from the wrong side.
     #[inline]
     pub(super) fn at(&self, rays: Rays, point: DVec3) -> Option<Arrival> {
         let Optics::Refracts { ior } = self.optics else {
@@ -176,13 +176,14 @@ impl Illumination {
         }
     }
 
-    /// Direction inside of the glass of the ray that enters at a point, and what the entry face lets through.
+    /// Direction inside of the glass of the ray that enters at a point, and what the entry face
+    /// lets through.
     #[inline]
     pub(super) fn enter(&self, rays: Rays, entered: DVec3) -> Option<(DVec3, f64)> {
         let Optics::Refracts { ior } = self.optics else { return None };
         let direction = rays.direction_at(entered);
         match refract(direction, DVec3::Z, 1.0 / ior) {
-            Interface::Refracted(refraction) if direction.z > 0.0 => {
+            RefractionOutcome::Refracted(refraction) if direction.z > 0.0 => {
                 let transmittance = match self.fresnel {
                     Fresnel::Off => 1.0,
                     Fresnel::On => refraction.transmittance(),
@@ -201,12 +202,13 @@ impl Illumination {
     }
 }
 
-/// `rho / g`, `drho/dg` and `g` of the ray that comes `rho` to the side of its source, through so much air and glass.
+/// `rho / g`, `drho/dg` and `g` of the ray that comes `rho` to the side of its source, through so
+/// much air and glass.
 #[inline]
 fn fan(ior: f64, air: f64, glass: f64, rho: f64) -> (f64, f64, f64) {
     let n2 = ior * ior;
-    // rho(g) is concave, so Newton's steps from a ray that falls short never overshoot. This one does, as all angles are small
-    // to it.
+    // rho(g) is concave, so Newton's steps from a ray that falls short never overshoot. This one
+    // does, as all angles are small to it.
     let mut g = rho / (air + glass / ior);
     for _ in 0..STEPS {
         let s2 = n2 + (n2 - 1.0) * g * g;
@@ -241,7 +243,8 @@ mod tests {
         }
     }
 
-    /// All flux that leaves the source within a cone arrives within its edge, whatever the glass does to the rays.
+    /// All flux that leaves the source within a cone arrives within its edge, whatever the glass
+    /// does to the rays.
     #[test]
     fn flux_is_kept_between_source_and_face() {
         let window = Window { size_mm: DVec2::ONE, centre_mm: DVec2::ZERO, nx: 1, ny: 1 };

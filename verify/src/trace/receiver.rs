@@ -21,7 +21,8 @@ impl Receiver {
         self.turned.is_none().then_some(self.distance_mm)
     }
 
-    /// Where light lands, in the plane's own coordinates; nowhere, if it never comes there from in front.
+    /// Where light lands, in the plane's own coordinates; nowhere, if it never comes there from in
+    /// front.
     #[inline]
     pub(super) fn landing(&self, point: DVec3, direction: DVec3) -> Option<DVec2> {
         let Some(turned) = self.turned else {

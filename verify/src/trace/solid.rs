@@ -1,16 +1,17 @@
-//! Tracing any closed solid: light enters, is refracted, reflected inside, leaves, and may enter again.
+//! Tracing any closed solid: light enters, is refracted, reflected inside, leaves, and may enter
+//! again.
 
 use super::{
-    End, Path,
+    accel::{Crossing, SearchRay},
     facets::{Facets, Found, Place, Turns, rectangle},
-    gate::Gate,
-    illumination::{Rays, Strength},
+    illumination::{Rays, SourceFlux},
+    path::{End, RayPath},
     receiver::Receiver,
+    reentry::ReentryTest,
+    refraction::{RefractionOutcome, reflect, refract},
 };
 use crate::{
-    accel::{Crossing, SearchRay},
     mesh::{CornerNormals, Mesh},
-    optics::{Interface, reflect, refract},
     scene::{Fresnel, Geometry, Scene, SceneError, Surface},
 };
 use glam::{DVec2, DVec3};
@@ -30,16 +31,18 @@ pub(super) struct SolidTracer {
     rays: Rays,
     lower: DVec3,
     aperture: (DVec2, DVec2),
-    /// How bright the light is, where that is not the same everywhere, and its mean over the aperture.
-    strength: Option<(Strength, f64)>,
+    /// How bright the light is, where that is not the same everywhere, and its mean over the
+    /// aperture.
+    strength: Option<(SourceFlux, f64)>,
     /// Triangles in the lowest plane, which no light that travels up can meet from above it.
     floor: Facets,
-    /// The floor, where it fills a rectangle: its corners, two opposite ones outermost, as a triangle that faces down.
+    /// The floor, where it fills a rectangle: its corners, two opposite ones outermost, as a
+    /// triangle that faces down.
     rectangle: Option<[DVec3; 3]>,
     /// All others.
     rest: Facets,
     shades: Option<CornerNormals>,
-    gate: Gate,
+    reentry: ReentryTest,
 }
 
 /// A ray on its way.
@@ -94,7 +97,7 @@ impl SolidTracer {
         // Normals are told by corner.
         let turns = if scene.surface == Surface::Smooth { Turns::Fixed } else { Turns::Free };
         let uneven = scene.profile.is_some() || matches!(rays, Rays::From(_));
-        let mut strength = uneven.then(|| (Strength::of(scene, lower.z), 1.0));
+        let mut strength = uneven.then(|| (SourceFlux::of(scene, lower.z), 1.0));
         if let Some((strength, mean)) = &mut strength {
             *mean = mean_flux(strength, rays, aperture, lower.z);
             if mean.is_nan() || *mean <= 0.0 {
@@ -113,7 +116,7 @@ impl SolidTracer {
             floor: Facets::new(mesh, &floor, turns, reach),
             rest: Facets::new(mesh, &rest, turns, reach),
             shades: mesh.normals.clone().filter(|_| scene.surface == Surface::Smooth),
-            gate: Gate::new(mesh),
+            reentry: ReentryTest::new(mesh),
         })
     }
 
@@ -141,15 +144,15 @@ impl SolidTracer {
         }
     }
 
-    pub(super) fn path(&self, start: DVec2) -> Path {
+    pub(super) fn path(&self, start: DVec2) -> RayPath {
         let mut leg = self.first_leg(start);
         loop {
             let signature = leg.interfaces << 8 | leg.reflections;
             match self.follow(&leg) {
-                Next::Ended(end) => return Path { signature, ..Path::ended(end, leg.power) },
+                Next::Ended(end) => return RayPath { signature, ..RayPath::ended(end, leg.power) },
                 Next::Split { refracted, reflected } => match refracted.or(reflected) {
                     Some(next) => leg = next,
-                    None => return Path { signature, ..Path::ended(End::Lost, leg.power) },
+                    None => return RayPath { signature, ..RayPath::ended(End::Lost, leg.power) },
                 },
             }
         }
@@ -164,8 +167,8 @@ impl SolidTracer {
 
     /// [`path`](Self::path) with its power.
     #[inline]
-    pub(super) fn path_at(&self, at: DVec2) -> Path {
-        Path { power: self.power_at(at), ..self.path(at) }
+    pub(super) fn path_at(&self, at: DVec2) -> RayPath {
+        RayPath { power: self.power_at(at), ..self.path(at) }
     }
 
     pub(super) fn all_paths(&self, start: DVec2, mut sink: impl FnMut(End, f64)) {
@@ -178,7 +181,8 @@ impl SolidTracer {
         let mut current = Some(self.first_leg(start));
         while let Some(leg) = current.take() {
             match self.follow(&leg) {
-                // What partial reflection sends away from the receiver is reflected light, not a fault of the solid.
+                // What partial reflection sends away from the receiver is reflected light, not a
+                // fault of the solid.
                 Next::Ended(End::Side) if leg.partial => {}
                 Next::Ended(end) => sink(end, leg.power),
                 Next::Split { refracted: Some(on), reflected } => {
@@ -201,7 +205,7 @@ impl SolidTracer {
     /// Follows one leg to the next interface, or to its end.
     #[inline]
     fn follow(&self, leg: &Leg) -> Next {
-        if leg.medium == Medium::Outside && leg.interfaces > 0 && self.gate.lets_pass(leg.origin, leg.direction) {
+        if leg.medium == Medium::Outside && leg.interfaces > 0 && self.reentry.rules_out(leg.origin, leg.direction) {
             return Next::Ended(self.land(leg));
         }
         let (leg, found) = match self.search(leg) {
@@ -245,13 +249,14 @@ impl SolidTracer {
             partial: leg.partial,
             from: Some(place),
         };
-        // An interpolated normal may send a grazing ray through the facet: then the facet itself reflects.
+        // An interpolated normal may send a grazing ray through the facet: then the facet itself
+        // reflects.
         let mirrored = || {
             let by_shading = reflect(direction, normal);
             if onwards * by_shading.dot(facet) < 0.0 { by_shading } else { reflect(direction, facet) }
         };
         match refract(direction, normal, eta) {
-            Interface::Refracted(refraction) if onwards * refraction.direction.dot(facet) > 0.0 => {
+            RefractionOutcome::Refracted(refraction) if onwards * refraction.direction.dot(facet) > 0.0 => {
                 let t = match self.fresnel {
                     Fresnel::Off => 1.0,
                     Fresnel::On => refraction.transmittance(),
@@ -272,13 +277,14 @@ impl SolidTracer {
         }
     }
 
-    /// The nearest triangle that faces the way the medium demands. Orientation, not distance, tells the interface just
-    /// passed from the next one, so a step through a crease cannot be skipped or taken twice.
+    /// The nearest triangle that faces the way the medium demands. Orientation, not distance, tells
+    /// the interface just passed from the next one, so a step through a crease cannot be skipped or
+    /// taken twice.
     #[inline]
     fn search(&self, leg: &Leg) -> Option<Found> {
         let leaves = leg.medium == Medium::Glass;
-        // At a convex edge a ray in the glass may leave where it entered. A ray outside may not enter where it left: it
-        // only touches the other face of that edge.
+        // At a convex edge a ray in the glass may leave where it entered. A ray outside may not
+        // enter where it left: it only touches the other face of that edge.
         let least_t = if leaves { -1e-9 } else { 1e-9 };
         if leg.interfaces == 0
             && let Some(found) = self.enter_rectangle(leg)
@@ -297,8 +303,8 @@ impl SolidTracer {
         self.rest.nearest(&ray, leaves, least_t, found, Place::Rest)
     }
 
-    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded, and may come to lie
-    /// outside, from where no triangle is left to be met.
+    /// The same leg begun 0.1 nm further inside. A hit point on an edge of the solid is rounded,
+    /// and may come to lie outside, from where no triangle is left to be met.
     #[cold]
     fn nudged(&self, leg: &Leg) -> Leg {
         let Some(place) = leg.from else { return *leg };
@@ -343,7 +349,8 @@ impl SolidTracer {
     }
 }
 
-/// The rectangle of the lowest plane that holds everything which light can meet, projected along its rays.
+/// The rectangle of the lowest plane that holds everything which light can meet, projected along
+/// its rays.
 fn aperture(rays: Rays, lower: DVec3, upper: DVec3) -> (DVec2, DVec2) {
     match rays {
         Rays::Parallel(light) => {
@@ -360,14 +367,14 @@ fn aperture(rays: Rays, lower: DVec3, upper: DVec3) -> (DVec2, DVec2) {
 
 /// Flux per unit of area of the plane z = const through a point.
 #[inline]
-fn flux_through(strength: &Strength, rays: Rays, at: DVec3) -> f64 {
+fn flux_through(strength: &SourceFlux, rays: Rays, at: DVec3) -> f64 {
     strength.across(rays, at) * rays.direction_at(at).z
 }
 
 /// Points along each side of the aperture from which its mean is taken.
 const POINTS: usize = 128;
 
-fn mean_flux(strength: &Strength, rays: Rays, (lower, upper): (DVec2, DVec2), z: f64) -> f64 {
+fn mean_flux(strength: &SourceFlux, rays: Rays, (lower, upper): (DVec2, DVec2), z: f64) -> f64 {
     let place = |i: usize, j: usize| (DVec2::new(i as f64, j as f64) + 0.5) / POINTS as f64;
     let row = |j: usize| -> f64 {
         let at = |i: usize| (lower + place(i, j) * (upper - lower)).extend(z);

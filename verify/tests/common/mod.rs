@@ -4,7 +4,8 @@
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{Block, Mesh, Optics, Scene, Surface, Tracer, Window};
 
-/// A closed block: a height field over a regular grid, vertical walls, a fan of triangles as entry face.
+/// A closed block: a height field over a regular grid, vertical walls, a fan of triangles as entry
+/// face.
 pub(crate) fn block(nx: usize, ny: usize, size: DVec2, entry_z: f64, height: impl Fn(f64, f64) -> f64) -> Mesh {
     let mut vertices = Vec::new();
     let along = |k: usize, n: usize, size: f64| size * (2.0 * k as f64 - (n - 1) as f64) / (2.0 * (n - 1) as f64);

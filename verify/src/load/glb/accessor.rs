@@ -1,7 +1,7 @@
 //! Numbers from the buffers of a glTF file, none of whose counts are believed.
 
-use super::{buffers::Buffers, malformed};
-use crate::load::LoadError;
+use super::{buffers::Buffers, fault::malformed};
+use crate::load::error::LoadError;
 use gltf::{
     Accessor,
     accessor::{DataType, Dimensions, sparse::IndexType},
@@ -15,8 +15,8 @@ pub(super) fn values<const N: usize>(
     types: &[DataType],
 ) -> Result<Vec<[f64; N]>, LoadError> {
     let (kind, shape) = (accessor.data_type(), accessor.dimensions());
-    let wanted = if N == 1 { Dimensions::Scalar } else { Dimensions::Vec3 };
-    if shape != wanted || !types.contains(&kind) {
+    let expected = if N == 1 { Dimensions::Scalar } else { Dimensions::Vec3 };
+    if shape != expected || !types.contains(&kind) {
         return Err(malformed(format!(
             "accessor {} holds {shape:?} of {kind:?} where others belong",
             accessor.index()

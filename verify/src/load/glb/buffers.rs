@@ -1,7 +1,7 @@
 //! The buffers of a glTF file: in the file, within its text, or beside it.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use base64::{
     Engine,
     alphabet::STANDARD,
@@ -23,7 +23,8 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 );
 
 impl<'a> Buffers<'a> {
-    /// All buffers of a document; `bin` is that of a binary file, and files of their own lie in `folder`.
+    /// All buffers of a document; `bin` is that of a binary file, and files of their own lie in
+    /// `folder`.
     pub(super) fn open(document: &Document, bin: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, LoadError> {
         let open = |buffer: gltf::Buffer<'_>| match buffer.source() {
             Source::Bin if buffer.index() == 0 => Ok(bin.map(Cow::Borrowed).unwrap_or_default()),

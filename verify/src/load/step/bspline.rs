@@ -14,7 +14,8 @@ pub(super) struct Knots {
 }
 
 impl Knots {
-    /// From distinct knots and their multiplicities, for `points` control points; `None` if they do not fit together.
+    /// From distinct knots and their multiplicities, for `points` control points; `None` if they do
+    /// not fit together.
     pub(super) fn new(degree: usize, multiplicities: &[f64], distinct: &[f64], points: usize) -> Option<Self> {
         let rising = distinct.windows(2).all(|pair| pair[0] < pair[1]) && distinct.iter().all(|knot| knot.is_finite());
         let whole = |m: &f64| (1.0..=(degree + 1) as f64).contains(m) && m.fract() == 0.0;
@@ -29,9 +30,9 @@ impl Knots {
             .then_some(Self { degree, all })
     }
 
-    /// Parameters at which the not-a-knot cubic through the samples is the spline itself, if its knots are equidistant but for
-    /// gaps: a lattice that holds all knots, and none on its second and last but one place. Otherwise at least two samples
-    /// between the nearest knots.
+    /// Parameters at which the not-a-knot cubic through the samples is the spline itself, if its
+    /// knots are equidistant but for gaps: a lattice that holds all knots, and none on its second
+    /// and last but one place. Otherwise at least two samples between the nearest knots.
     pub(super) fn samples(&self) -> usize {
         let inner = &self.all[self.degree..self.all.len() - self.degree];
         let (start, range) = (inner[0], inner[inner.len() - 1] - inner[0]);
@@ -45,8 +46,8 @@ impl Knots {
         cells as usize + 1
     }
 
-    /// Parameters that show a curve: the equidistant ones of [`samples`](Self::samples) if they are few, and else the ends, the middle and
-    /// nothing more of every span.
+    /// Parameters that show a curve: the equidistant ones of [`samples`](Self::samples) if they are
+    /// few, and else the ends, the middle and nothing more of every span.
     pub(super) fn places(&self) -> Vec<f64> {
         let inner = &self.all[self.degree..self.all.len() - self.degree];
         let n = self.samples();

@@ -1,24 +1,18 @@
-//! Circles, ellipses, and the upright walls above them.
+//! Circles and ellipses.
 
-use super::{GAP_MM, Part, malformed, odd, plane::between, reference};
-use crate::load::{LoadError, step::part21::Value};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
 /// Samples of a whole ellipse: what a polygon of them lacks in area is less than a millionth.
 const AROUND: f64 = 4096.0;
 
-/// Unrolled walls are cut so much wider than they are: triangles between neighbours all the way up are near the wall, those that
-/// reach far around it are not.
-const STRETCH: f64 = 1e4;
-
 /// An ellipse in space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Conic {
-    centre: DVec3,
-    x: DVec3,
-    y: DVec3,
-    semi_axes: DVec2,
+    pub(super) centre: DVec3,
+    pub(super) x: DVec3,
+    pub(super) y: DVec3,
+    pub(super) semi_axes: DVec2,
 }
 
 impl Conic {
@@ -28,12 +22,13 @@ impl Conic {
     }
 
     /// Place in the plane of the ellipse, in semi-axes, and height above it.
-    fn place(&self, at: DVec3) -> (DVec2, f64) {
+    pub(super) fn place(&self, at: DVec3) -> (DVec2, f64) {
         let off = at - self.centre;
         (DVec2::new(off.dot(self.x), off.dot(self.y)) / self.semi_axes, off.dot(self.x.cross(self.y)))
     }
 
-    /// Points from one to the other, in the sense of growing angles; all around if they are the same.
+    /// Points from one to the other, in the sense of growing angles; all around if they are the
+    /// same.
     pub(super) fn samples(&self, from: DVec3, to: DVec3) -> Vec<DVec3> {
         let angle = |at: DVec3| self.place(at).0.to_angle();
         let begin = angle(from);
@@ -45,83 +40,6 @@ impl Conic {
 
     /// Most that [`samples`](Self::samples) gives.
     pub(super) const MOST: usize = AROUND as usize + 1;
-}
-
-impl Part<'_> {
-    /// A circle or an ellipse.
-    pub(super) fn conic(&self, kind: &str, values: &[Value<'_>], number: u64) -> Result<Conic, LoadError> {
-        let length = |at: usize| values.get(at).and_then(Value::number).map(|length| self.scale * length);
-        let (a, b) = if kind == "ELLIPSE" { (length(2), length(3)) } else { (length(2), length(2)) };
-        let semi_axes = a.zip(b).map(DVec2::from).ok_or_else(|| odd(number))?;
-        if !(semi_axes.is_finite() && semi_axes.cmpgt(DVec2::ZERO).all()) {
-            return Err(malformed(format!("#{number} has the semi-axes {semi_axes} mm")));
-        }
-        let placement = reference(values, 1, number)?;
-        let axes = self.entities.expect(placement, "AXIS2_PLACEMENT_3D")?;
-        let direction = |at: usize, default: DVec3| match axes.get(at) {
-            None | Some(Value::Nothing) => Ok(default),
-            Some(value) => self.triple(value.reference().ok_or_else(|| odd(placement))?, "DIRECTION"),
-        };
-        let centre = self.point(reference(&axes, 1, placement)?)?;
-        let frame = direction(2, DVec3::Z)?.try_normalize().zip(Some(direction(3, DVec3::X)?)).and_then(|(z, x)| {
-            let x = (x - x.dot(z) * z).try_normalize()?;
-            Some((x, z.cross(x)))
-        });
-        let (x, y) = frame.ok_or_else(|| malformed(format!("the axes of #{placement} are no frame")))?;
-        Ok(Conic { centre, x, y, semi_axes })
-    }
-
-    /// The ellipse below a wall.
-    pub(super) fn wall(&self, kind: &str, values: &[Value<'_>], number: u64) -> Result<Conic, LoadError> {
-        if kind == "CYLINDRICAL_SURFACE" {
-            return self.conic(kind, values, number);
-        }
-        let curve = reference(values, 1, number)?;
-        let (kind, of_curve) = self.entities.get(curve)?;
-        if !matches!(kind, "CIRCLE" | "ELLIPSE") {
-            return Err(malformed(format!("#{number} extrudes a curve of a kind that is not understood: {kind}")));
-        }
-        let conic = self.conic(kind, &of_curve, curve)?;
-        let vector = reference(values, 2, number)?;
-        let along = self.triple(reference(&self.entities.expect(vector, "VECTOR")?, 1, vector)?, "DIRECTION")?;
-        let upright = along.try_normalize().is_some_and(|along| along.cross(conic.x.cross(conic.y)).length() < 1e-9);
-        if upright {
-            Ok(conic)
-        } else {
-            Err(malformed(format!("#{number} is not extruded along the axis of its curve")))
-        }
-    }
-
-    /// Cuts a face on a wall into triangles, unrolled.
-    pub(super) fn unroll(&mut self, conic: &Conic, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
-        let [around] = loops else {
-            return Err(malformed(format!("the curved wall #{number} has not exactly one loop")));
-        };
-        let size = conic.semi_axes.max_element();
-        let mut angle = 0.0_f64;
-        let mut flat = Vec::with_capacity(around.len());
-        for &v in around {
-            let at = self.vertices[v as usize];
-            let (place, height) = conic.place(at);
-            let gap = (place.length() - 1.0).abs() * size;
-            if gap.is_nan() || gap > GAP_MM {
-                return Err(malformed(format!("the edges of face #{number} lie up to {gap:.1e} mm beside it")));
-            }
-            // From vertex to vertex by the shorter way: a seam is at both ends.
-            let turn = place.to_angle() - angle;
-            angle += turn - TAU * (turn / TAU).round();
-            flat.push(DVec2::new(STRETCH * size * angle, height));
-        }
-        let n = flat.len();
-        let area: f64 = (0..n).map(|k| flat[k].perp_dot(flat[(k + 1) % n])).sum();
-        // Of a wall that faces its axis the loop turns the other way around: it is looked at from there.
-        let seen = |k: u32| if area < 0.0 { flat[k as usize] * DVec2::new(-1.0, 1.0) } else { flat[k as usize] };
-        let numbers: Vec<u32> = (0..n as u32).collect();
-        let cut = between(&[numbers], seen)
-            .ok_or_else(|| malformed(format!("the loop of the curved wall #{number} bounds no area")))?;
-        self.triangles.extend(cut.into_iter().map(|triangle| triangle.map(|k| around[k as usize])));
-        Ok(())
-    }
 }
 
 #[cfg(test)]

@@ -1,36 +1,28 @@
 //! STEP (ISO 10303-21): one solid of B-spline faces, planes and upright walls, cut into triangles.
 //!
-//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid is. A B-spline face is
-//! sampled so that the not-a-knot cubic through the samples, which the verifier traces, is the face itself; of one that its edges
-//! trim, the samples beyond them are kept beside the mesh.
+//! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid
+//! is. A B-spline face is sampled so that the not-a-knot cubic through the samples, which the
+//! verifier traces, is the face itself; of one that its edges trim, the samples beyond them are
+//! kept beside the mesh.
 
 mod bspline;
+mod builder;
 mod conic;
+mod fault;
 mod net;
 mod part21;
-pub(super) mod plane;
 mod trimmed;
 mod unit;
+mod values;
+mod wall;
 
-use super::{Allowance, LoadError};
+use super::{assemble::Allowance, error::LoadError};
 use crate::mesh::{Mesh, TrimmedFace};
-use bspline::{GREATEST_DEGREE, Knots};
-use conic::Conic;
-use glam::DVec3;
-use part21::{Entities, Value};
+use builder::SolidBuilder;
+use fault::malformed;
+use part21::Entities;
 use std::collections::HashMap;
-
-fn malformed(reason: impl Into<String>) -> LoadError {
-    LoadError::Malformed { format: "STEP", reason: reason.into() }
-}
-
-/// An edge may miss its vertices and its face by this, mm.
-const GAP_MM: f64 = 1e-5;
-/// How near the chords between samples of a curve are to it, seen from above, mm, and the most of them to a span.
-const SAGITTA_MM: f64 = 1e-5;
-const MOST_PIECES: f64 = 256.0;
-/// Most samples of a face.
-const MOST_SAMPLES: usize = 1 << 26;
+use values::{reference, references};
 
 /// Parses the one solid of a STEP file.
 pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
@@ -40,7 +32,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     let [brep] = entities.of_kind("MANIFOLD_SOLID_BREP")[..] else {
         return Err(malformed("it does not hold exactly one MANIFOLD_SOLID_BREP"));
     };
-    let mut part = Part {
+    let mut part = SolidBuilder {
         scale: unit::of_solid(&entities, brep)?,
         entities,
         allowance: Allowance::of(bytes),
@@ -65,233 +57,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         _ => None,
     };
     Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None, trimmed })
-}
-
-fn reference(values: &[Value<'_>], at: usize, number: u64) -> Result<u64, LoadError> {
-    values.get(at).and_then(Value::reference).ok_or_else(|| odd(number))
-}
-
-fn references(values: &[Value<'_>], at: usize, number: u64) -> Result<Vec<u64>, LoadError> {
-    values.get(at).and_then(Value::references).ok_or_else(|| odd(number))
-}
-
-fn truth(values: &[Value<'_>], at: usize, number: u64) -> Result<bool, LoadError> {
-    values.get(at).and_then(Value::truth).ok_or_else(|| odd(number))
-}
-
-fn odd(number: u64) -> LoadError {
-    malformed(format!("#{number} has not the parameters of its kind"))
-}
-
-struct Part<'a> {
-    entities: Entities<'a>,
-    scale: f64,
-    allowance: Allowance,
-    vertices: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
-    /// Vertex of every VERTEX_POINT, vertices along every EDGE_CURVE.
-    corners: HashMap<u64, u32>,
-    edges: HashMap<u64, Vec<u32>>,
-    /// B-spline faces towards the receiver that their edges trim.
-    trimmed: Vec<TrimmedFace>,
-    /// Level planes that face the receiver, mm.
-    levels: Vec<f64>,
-}
-
-impl Part<'_> {
-    fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
-        let values = self.entities.expect(number, kind)?;
-        match values.get(1).and_then(Value::numbers).as_deref() {
-            Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
-            _ => Err(odd(number)),
-        }
-    }
-
-    fn point(&self, number: u64) -> Result<DVec3, LoadError> {
-        Ok(self.scale * self.triple(number, "CARTESIAN_POINT")?)
-    }
-
-    fn vertex(&mut self, at: DVec3) -> Result<u32, LoadError> {
-        let index = u32::try_from(self.vertices.len()).map_err(|_| LoadError::TooLarge)?;
-        self.vertices.push(at);
-        Ok(index)
-    }
-
-    fn corner(&mut self, number: u64) -> Result<u32, LoadError> {
-        if let Some(&vertex) = self.corners.get(&number) {
-            return Ok(vertex);
-        }
-        let point = reference(&self.entities.expect(number, "VERTEX_POINT")?, 1, number)?;
-        let vertex = self.vertex(self.point(point)?)?;
-        self.corners.insert(number, vertex);
-        Ok(vertex)
-    }
-
-    /// Vertices along an edge, from its first to its last.
-    fn edge(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
-        if let Some(along) = self.edges.get(&number) {
-            return Ok(along.clone());
-        }
-        let values = self.entities.expect(number, "EDGE_CURVE")?;
-        let (from, to) = (self.corner(reference(&values, 1, number)?)?, self.corner(reference(&values, 2, number)?)?);
-        let forwards = truth(&values, 4, number)?;
-        let (begin, end) = if forwards { (from, to) } else { (to, from) };
-        let ends = [begin, end].map(|v| self.vertices[v as usize]);
-        let mut inner = self.curve(reference(&values, 3, number)?, ends)?;
-        if !forwards {
-            inner.reverse();
-        }
-        if let [first, .., last] = inner[..] {
-            let gap = first.distance(self.vertices[from as usize]).max(last.distance(self.vertices[to as usize]));
-            if gap > GAP_MM {
-                return Err(malformed(format!("the curve of #{number} ends {gap:.1e} mm from its vertices")));
-            }
-        }
-        let mut along = vec![from];
-        for &at in inner.get(1..inner.len().saturating_sub(1)).unwrap_or_default() {
-            along.push(self.vertex(at)?);
-        }
-        along.push(to);
-        self.edges.insert(number, along.clone());
-        Ok(along)
-    }
-
-    /// Samples of a curve from end to end, which vertices cut out of a circle; none of a line.
-    fn curve(&mut self, number: u64, ends: [DVec3; 2]) -> Result<Vec<DVec3>, LoadError> {
-        let (kind, values) = self.entities.get(number)?;
-        match kind {
-            "LINE" => Ok(Vec::new()),
-            // A curve with its images in the surfaces: once, or it could refer to itself.
-            "SURFACE_CURVE" | "SEAM_CURVE" => {
-                let inner = reference(&values, 1, number)?;
-                match self.entities.get(inner)?.0 {
-                    "SURFACE_CURVE" | "SEAM_CURVE" => Err(odd(number)),
-                    _ => self.curve(inner, ends),
-                }
-            }
-            "B_SPLINE_CURVE_WITH_KNOTS" => {
-                let degree = degree(&values, 1, number)?;
-                let points = references(&values, 2, number)?;
-                let knots = knots(degree, &values, (6, 7), points.len(), number)?;
-                let points: Vec<DVec3> = points.into_iter().map(|p| self.point(p)).collect::<Result<_, _>>()?;
-                let at = |place: f64| -> DVec3 {
-                    let (first, weights) = knots.weights(place);
-                    (0..=degree).map(|l| weights[l] * points[first + l]).sum()
-                };
-                let places = knots.places();
-                self.allowance.take(places.len(), "STEP")?;
-                let mut samples = vec![at(places[0])];
-                for pair in places.windows(2) {
-                    let (begin, end) = (samples[samples.len() - 1], at(pair[1]));
-                    // Seen from above, chords stay near the curve; a side of a rectangle is one.
-                    let middle = at(0.5 * (pair[0] + pair[1]));
-                    let sagitta = (middle - 0.5 * (begin + end)).truncate().length();
-                    let pieces = (sagitta / SAGITTA_MM).sqrt().ceil().clamp(1.0, MOST_PIECES);
-                    self.allowance.take(pieces as usize - 1, "STEP")?;
-                    let between = (1..pieces as usize).map(|k| at(pair[0] + (pair[1] - pair[0]) * k as f64 / pieces));
-                    samples.extend(between.chain([end]));
-                }
-                Ok(samples)
-            }
-            "CIRCLE" | "ELLIPSE" => {
-                let conic = self.conic(kind, &values, number)?;
-                self.allowance.take(Conic::MOST, "STEP")?;
-                Ok(conic.samples(ends[0], ends[1]))
-            }
-            other => Err(malformed(format!("#{number} is a curve of a kind that is not understood: {other}"))),
-        }
-    }
-
-    fn face(&mut self, number: u64) -> Result<(), LoadError> {
-        let values = self.entities.expect(number, "ADVANCED_FACE")?;
-        let surface = reference(&values, 2, number)?;
-        let same_sense = truth(&values, 3, number)?;
-        let mut loops = Vec::new();
-        for bound in references(&values, 1, number)? {
-            let (kind, values) = self.entities.get(bound)?;
-            let around = self.around(reference(&values, 1, bound)?)?;
-            let turned = !truth(&values, 2, bound)?;
-            let around = if turned { around.into_iter().rev().collect() } else { around };
-            // The outer loop goes first.
-            loops.insert(if kind == "FACE_OUTER_BOUND" { 0 } else { loops.len() }, around);
-        }
-        let (kind, values) = self.entities.get(surface)?;
-        match kind {
-            "PLANE" => self.plane(&loops, number),
-            "B_SPLINE_SURFACE_WITH_KNOTS" => match &loops[..] {
-                [around] => self.net(&values, surface, around, same_sense),
-                _ => Err(malformed(format!("the B-spline face #{number} has not exactly one loop"))),
-            },
-            "CYLINDRICAL_SURFACE" | "SURFACE_OF_LINEAR_EXTRUSION" => {
-                let conic = self.wall(kind, &values, surface)?;
-                self.unroll(&conic, &loops, number)
-            }
-            other => Err(malformed(format!("#{surface} is a surface of a kind that is not understood: {other}"))),
-        }
-    }
-
-    /// Vertices once around a loop, each once.
-    fn around(&mut self, number: u64) -> Result<Vec<u32>, LoadError> {
-        let mut around = Vec::new();
-        let oriented = references(&self.entities.expect(number, "EDGE_LOOP")?, 1, number)?;
-        for edge in oriented {
-            let values = self.entities.expect(edge, "ORIENTED_EDGE")?;
-            let mut along = self.edge(reference(&values, 3, edge)?)?;
-            // An edge may be named any number of times.
-            self.allowance.take(along.len(), "STEP")?;
-            if !truth(&values, 4, edge)? {
-                along.reverse();
-            }
-            match around.last() {
-                Some(last) if along.first() != Some(last) => {
-                    return Err(malformed(format!("the edges of loop #{number} do not join")));
-                }
-                Some(_) => around.extend(&along[1..]),
-                None => around = along,
-            }
-        }
-        let closed = around.len() > 3 && around.first() == around.last();
-        around.pop();
-        if closed { Ok(around) } else { Err(malformed(format!("loop #{number} is not closed"))) }
-    }
-
-    fn plane(&mut self, loops: &[Vec<u32>], number: u64) -> Result<(), LoadError> {
-        let triangles = plane::triangles(&self.vertices, loops)
-            .ok_or_else(|| malformed(format!("the loops of face #{number} bound no plane area")))?;
-        let heights = || loops.iter().flatten().map(|&v| self.vertices[v as usize].z);
-        let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-        let faces_up = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| self.vertices[v as usize]);
-            (b - a).cross(c - a).z > 0.0
-        };
-        if high - low <= GAP_MM && triangles.first().is_some_and(faces_up) {
-            self.levels.push(low);
-        }
-        self.triangles.extend(triangles);
-        Ok(())
-    }
-}
-
-fn degree(values: &[Value<'_>], at: usize, number: u64) -> Result<usize, LoadError> {
-    let degree = values.get(at).and_then(Value::number).ok_or_else(|| odd(number))?;
-    if degree.fract() == 0.0 && (1.0..=GREATEST_DEGREE as f64).contains(&degree) {
-        Ok(degree as usize)
-    } else {
-        Err(malformed(format!("#{number} has the degree {degree}; 1 to {GREATEST_DEGREE} are understood")))
-    }
-}
-
-/// Knots from the parameters with multiplicities and values.
-fn knots(
-    degree: usize,
-    values: &[Value<'_>],
-    (multiplicities, places): (usize, usize),
-    points: usize,
-    number: u64,
-) -> Result<Knots, LoadError> {
-    let list = |at: usize| values.get(at).and_then(Value::numbers).ok_or_else(|| odd(number));
-    Knots::new(degree, &list(multiplicities)?, &list(places)?, points)
-        .ok_or_else(|| malformed(format!("the knots of #{number} do not fit its control points, or are not clamped")))
 }
 
 #[cfg(test)]

@@ -1,11 +1,16 @@
 //! B-spline faces as lattices of samples.
 
-use super::{GAP_MM, MOST_SAMPLES, Part, degree, knots, malformed, odd, part21::Value};
-use crate::load::LoadError;
+use super::{
+    builder::SolidBuilder,
+    fault::malformed,
+    part21::Value,
+    values::{GAP_MM, MOST_SAMPLES, degree, knots, odd},
+};
+use crate::load::error::LoadError;
 use glam::DVec3;
 use rayon::prelude::*;
 
-impl Part<'_> {
+impl SolidBuilder<'_> {
     /// A face whose loop is its border, or trims it.
     pub(super) fn net(
         &mut self,
@@ -49,7 +54,8 @@ impl Part<'_> {
                     .collect()
             })
             .collect();
-        // The border in the order of the loop, which has it anticlockwise around the outward normal.
+        // The border in the order of the loop, which has it anticlockwise around the outward
+        // normal.
         let mut border: Vec<usize> = (0..nu - 1).map(|k| k * nv).collect();
         border.extend((0..nv - 1).map(|m| (nu - 1) * nv + m));
         border.extend((1..nu).rev().map(|k| k * nv + nv - 1));
@@ -80,7 +86,8 @@ impl Part<'_> {
         Ok(())
     }
 
-    /// Where in its loop the border of a face begins, if it goes through the same places; if not, the loop trims the face.
+    /// Where in its loop the border of a face begins, if it goes through the same places; if not,
+    /// the loop trims the face.
     fn fit_border(&self, samples: &[Vec<DVec3>], nv: usize, border: &[usize], around: &[u32]) -> Option<usize> {
         if border.len() != around.len() {
             return None;

@@ -1,7 +1,7 @@
 //! The exchange structure of ISO 10303-21: numbered entities and their parameters.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use std::{borrow::Cow, collections::HashMap};
 
 /// A parameter of an entity.
@@ -70,7 +70,8 @@ impl<'a> Entities<'a> {
         found
     }
 
-    /// The parameters of a part of an entity: of the whole of a simple one, or of this part of one of several kinds at once.
+    /// The parameters of a part of an entity: of the whole of a simple one, or of this part of one
+    /// of several kinds at once.
     pub(super) fn part(&self, number: u64, kind: &str) -> Result<Option<Vec<Value<'a>>>, LoadError> {
         let text = self.text(number)?;
         let inner = text.strip_prefix('(').unwrap_or(text);
@@ -185,7 +186,8 @@ impl<'a> Reader<'a> {
                 Ok(Value::Nothing)
             }
             b'\'' => {
-                // A doubled quote is one within the text: two texts in a row, which is the same to us.
+                // A doubled quote is one within the text: two texts in a row, which is the same to
+                // us.
                 self.rest = after;
                 loop {
                     let end = self.rest.find('\'').ok_or_else(|| self.fault())?;

@@ -67,7 +67,8 @@ fn a_box_of_planes_is_closed_and_in_its_unit() {
     }
 }
 
-/// The box without its B-spline, with its solid in the representation of a context with these units.
+/// The box without its B-spline, with its solid in the representation of a context with these
+/// units.
 fn in_context(units: &str, of_context: &str) -> Result<f64, String> {
     let context = format!(
         "#70=(GEOMETRIC_REPRESENTATION_CONTEXT(3) GLOBAL_UNIT_ASSIGNED_CONTEXT((#79,{of_context}))REPRESENTATION_CONTEXT('',''));\n\

@@ -1,8 +1,12 @@
-//! B-spline faces that a loop trims: height fields over a rectangle, of which the mesh holds the whole cells within the loop and a ring of
-//! triangles between them and it.
+//! B-spline faces that a loop trims: height fields over a rectangle, of which the mesh holds the
+//! whole cells within the loop and a ring of triangles between them and it.
 
-use super::{GAP_MM, Part, malformed, plane::cut};
-use crate::{load::LoadError, mesh::TrimmedFace, spline::Bicubic};
+use super::{builder::SolidBuilder, fault::malformed, values::GAP_MM};
+use crate::{
+    load::{error::LoadError, plane::cut},
+    mesh::TrimmedFace,
+    spline::Bicubic,
+};
 use glam::{DVec2, DVec3};
 
 /// By how much of a spacing samples may stand beside a regular grid.
@@ -56,7 +60,7 @@ impl Grid {
     }
 }
 
-impl Part<'_> {
+impl SolidBuilder<'_> {
     pub(super) fn trimmed(&mut self, samples: &[Vec<DVec3>], around: &[u32], number: u64) -> Result<(), LoadError> {
         let grid = Grid::of(samples).ok_or_else(|| {
             malformed(format!("the B-spline face #{number} is trimmed, but no height field over a rectangle"))
@@ -93,7 +97,8 @@ impl Part<'_> {
         Ok(())
     }
 
-    /// The cells whose nodes are all within the polygon and no part of which is nearer to it than a spacing.
+    /// The cells whose nodes are all within the polygon and no part of which is nearer to it than a
+    /// spacing.
     fn whole_cells(&mut self, grid: &Grid, plan: &[DVec2]) -> Result<Vec<bool>, LoadError> {
         let (nx, ny) = (grid.nx, grid.ny);
         let places: Vec<DVec2> = plan.iter().map(|at| (at - grid.lower) / grid.spacing()).collect();
@@ -133,7 +138,8 @@ impl Part<'_> {
         Ok(cells.collect())
     }
 
-    /// Triangles of the whole cells and of what is between them and the polygon, anticlockwise from above if that is.
+    /// Triangles of the whole cells and of what is between them and the polygon, anticlockwise from
+    /// above if that is.
     fn fill(
         &mut self,
         grid: &Grid,

@@ -1,15 +1,16 @@
-//! The unit of length in which a solid of a STEP file is given: that of its representation's context.
+//! The unit of length in which a solid of a STEP file is given: that of its representation's
+//! context.
 
 use super::{
-    malformed,
+    fault::malformed,
     part21::{Entities, Value},
 };
-use crate::load::LoadError;
+use crate::load::error::LoadError;
 
 /// Millimetres in the unit of a solid.
 ///
-/// A file may hold other units, of other parts or of curves in the plane of a surface: they do not count. In a file that gives its solid no
-/// context there must be one unit only.
+/// A file may hold other units, of other parts or of curves in the plane of a surface: they do not
+/// count. In a file that gives its solid no context there must be one unit only.
 pub(super) fn of_solid(entities: &Entities<'_>, solid: u64) -> Result<f64, LoadError> {
     let representations = entities.that(|text| {
         let kind = text.split('(').next().unwrap_or_default().trim_end();

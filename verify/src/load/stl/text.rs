@@ -1,6 +1,11 @@
-//! STL as text, in every dialect: keywords in any case, several solids, anything for normals, decimal commas, any ends of lines.
+//! STL as text, in every dialect: keywords in any case, several solids, anything for normals,
+//! decimal commas, any ends of lines.
 
-use super::{Assembler, LoadError, Mesh, malformed};
+use super::fault::malformed;
+use crate::{
+    load::{assemble::Assembler, error::LoadError},
+    mesh::Mesh,
+};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -75,7 +80,8 @@ fn facets(text: &[u8]) -> (Vec<[DVec3; 3]>, Option<LoadError>) {
 fn facets_of(words: &mut Words<'_>, triangles: &mut Vec<[DVec3; 3]>) -> Result<(), LoadError> {
     let (mut corners, mut count, mut within) = ([DVec3::ZERO; 3], 0, false);
     while let Some(word) = words.next() {
-        // Names and what programs write behind "endfacet" end with the line, normals are not needed.
+        // Names and what programs write behind "endfacet" end with the line, normals are not
+        // needed.
         if is(word, b"vertex") {
             let slot = corners.get_mut(count).filter(|_| within);
             let Some(slot) = slot else { return Err(odd("a vertex", "stands outside of a facet of three", words)) };

@@ -1,7 +1,7 @@
 //! One model within a 3MF package: its objects, and what it builds of them.
 
-use super::malformed;
-use crate::load::LoadError;
+use super::fault::malformed;
+use crate::load::error::LoadError;
 use glam::{DAffine3, DVec3};
 use quick_xml::{
     Reader,
@@ -14,7 +14,7 @@ use std::{
 
 /// What a model says.
 #[derive(Default)]
-pub(super) struct Part {
+pub(super) struct ModelPart {
     /// Millimetres in its unit; 0 without a model.
     pub(super) unit_mm: f64,
     pub(super) objects: BTreeMap<u64, Object>,
@@ -68,7 +68,8 @@ impl Use {
     }
 }
 
-/// Twelve numbers: three rows, by which a row of coordinates is multiplied from the left, and a translation.
+/// Twelve numbers: three rows, by which a row of coordinates is multiplied from the left, and a
+/// translation.
 fn transform(text: &str) -> Result<DAffine3, LoadError> {
     let numbers: Option<Vec<f64>> = text.split_ascii_whitespace().map(|word| word.parse().ok()).collect();
     let numbers: Option<[f64; 12]> = numbers.and_then(|numbers| numbers.try_into().ok());
@@ -77,7 +78,7 @@ fn transform(text: &str) -> Result<DAffine3, LoadError> {
     Ok(DAffine3::from_cols_array(&numbers))
 }
 
-impl Part {
+impl ModelPart {
     /// What is built, or all objects that are no part of others if nothing is.
     pub(super) fn built(&self) -> Vec<Use> {
         if !self.items.is_empty() {

@@ -36,7 +36,8 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The `k`-th of numbers of so many bits (1 to 16), packed from the highest bit of each byte on; 0 beyond the end.
+/// The `k`-th of numbers of so many bits (1 to 16), packed from the highest bit of each byte on; 0
+/// beyond the end.
 pub(super) fn packed(row: &[u8], k: usize, bits: usize) -> u32 {
     let byte = |at: usize| u32::from(row.get(at).copied().unwrap_or(0));
     match bits {

@@ -6,12 +6,13 @@ use super::{
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
     },
-    Decoded, believe,
     bits::{Reader, packed, widened},
+    decoded::{Decoded, believe},
 };
 
 const NAME: &str = "BMP";
-/// A run of 255 takes two bytes, and rows may be left out; nothing real is packed as tightly as this.
+/// A run of 255 takes two bytes, and rows may be left out; nothing real is packed as tightly as
+/// this.
 const PER_BYTE: usize = 4096;
 
 pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ReferenceError> {

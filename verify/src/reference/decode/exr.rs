@@ -2,11 +2,12 @@
 
 use super::{
     super::{
-        colour::{Meaning, REC_709, Tone, luminances},
+        colour::{Meaning, REC_709, luminances},
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
+        tone::Tone,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
 use std::{collections::BTreeMap, io::Cursor};
@@ -37,7 +38,8 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
         .from_buffered(Cursor::new(bytes))
         .map_err(failed)?;
 
-    // Channels by the layer that they belong to: of a part, and of what stands in front of the last dot of their name.
+    // Channels by the layer that they belong to: of a part, and of what stands in front of the last
+    // dot of their name.
     let mut layers: BTreeMap<String, (usize, BTreeMap<String, &AnyChannel<FlatSamples>>)> = BTreeMap::new();
     let mut singles = Vec::new();
     for (part, layer) in image.layer_data.iter().enumerate() {
@@ -45,7 +47,8 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
         for channel in &layer.channel_data.list {
             let name = channel.name.to_string();
             let (prefix, own) = name.rsplit_once('.').unwrap_or(("", &name));
-            // A file of one part may be named, too; channels are told apart by their own names then.
+            // A file of one part may be named, too; channels are told apart by their own names
+            // then.
             let key = match (image.layer_data.len(), of_part.as_str(), prefix) {
                 (1, _, _) | (_, "", _) => prefix.to_owned(),
                 (_, _, "") => of_part.clone(),

@@ -6,7 +6,7 @@ use super::{
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 
 const NAME: &str = "GIF";

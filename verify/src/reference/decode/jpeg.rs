@@ -7,7 +7,7 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::orientation_of_exif,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use jpeg_decoder::{ColorTransform, Decoder, PixelFormat};
 use std::collections::BTreeMap;
@@ -23,7 +23,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ReferenceError> {
     Ok(Decoded { orientation: markers.orientation, lossy: true, ..decoded })
 }
 
-/// The pixels of a stream. CMYK is the share of ink that covers the paper; Adobe's marker says that the stream holds the bare paper.
+/// The pixels of a stream. CMYK is the share of ink that covers the paper; Adobe's marker says that
+/// the stream holds the bare paper.
 pub(super) fn pixels(
     bytes: &[u8],
     transform: Option<ColorTransform>,

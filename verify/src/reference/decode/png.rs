@@ -1,4 +1,5 @@
-//! PNG (third edition): pixels by lodepng; what the chunks say of colour and orientation is read here.
+//! PNG (third edition): pixels by lodepng; what the chunks say of colour and orientation is read
+//! here.
 
 use super::{
     super::{
@@ -8,7 +9,7 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::orientation_of_exif,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use flate2::read::ZlibDecoder;
 use std::io::Read;
@@ -35,7 +36,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Decoded, ReferenceError> {
     Ok(Decoded { raster, orientation, meaning, scaled_to_peak: false, lossy: false })
 }
 
-/// What the chunks say of colour, the first that there is: `cICP`, `iCCP`, `sRGB`, `gAMA` and `cHRM`.
+/// What the chunks say of colour, the first that there is: `cICP`, `iCCP`, `sRGB`, `gAMA` and
+/// `cHRM`.
 fn meaning(chunks: &Chunks<'_>, inks: Inks) -> Result<Meaning, ReferenceError> {
     if let Some(cicp) = chunks.find(b"cICP")
         && let Some(meaning) = colour::of_cicp(cicp)?

@@ -6,8 +6,8 @@ use super::{
         error::ReferenceError,
         raster::{Alpha, Inks, Raster, Samples},
     },
-    Decoded, believe,
     bits::{packed, widened},
+    decoded::{Decoded, believe},
 };
 
 const NAME: &str = "PNM";

@@ -5,7 +5,7 @@ use super::super::{
     error::ReferenceError,
     raster::{Alpha, Inks, Raster, Samples},
 };
-use super::Decoded;
+use super::decoded::Decoded;
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
     usvg::{ImageHrefResolver, ImageKind, Options, Tree, fontdb::Database, roxmltree},
@@ -35,7 +35,8 @@ static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     Arc::new(fonts)
 });
 
-/// Draws a file on a page of this colour, so many pixels wide as long as no side has more than `most`.
+/// Draws a file on a page of this colour, so many pixels wide as long as no side has more than
+/// `most`.
 pub(in crate::reference) fn draw(
     bytes: &[u8],
     page: [u8; 3],

@@ -7,13 +7,14 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::{Directory, PROFILE},
     },
-    Decoded, believe,
     bits::{packed, widened},
+    decoded::{Decoded, believe},
     tiff_packing::{Packing, Piece, unpack},
 };
 
 const NAME: &str = "TIFF";
-/// Deflate makes at most 1032 bytes of one, and eight pixels of a byte; a line of a fax that repeats the last takes a bit.
+/// Deflate makes at most 1032 bytes of one, and eight pixels of a byte; a line of a fax that
+/// repeats the last takes a bit.
 const PER_BYTE: usize = 1032 * 8;
 
 /// What the tags say of the samples.
@@ -146,7 +147,8 @@ fn read_pieces(
 /// The picture as it is put together.
 struct Whole<'a> {
     layout: &'a Layout,
-    /// The wanted samples, pixel by pixel: integers as they are stored up to 16 bits, else parts of the greatest.
+    /// The wanted samples, pixel by pixel: integers as they are stored up to 16 bits, else parts of
+    /// the greatest.
     numbers: &'a mut [f32],
 }
 

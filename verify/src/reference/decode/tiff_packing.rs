@@ -113,7 +113,8 @@ fn unpacked_bits(packed: &[u8], length: usize) -> Vec<u8> {
     data
 }
 
-/// Group 3 (one-dimensional) and group 4 of CCITT: 1 is black, as the photometric interpretation then says.
+/// Group 3 (one-dimensional) and group 4 of CCITT: 1 is black, as the photometric interpretation
+/// then says.
 fn unfaxed(packed: &[u8], piece: &Piece, packing: &Packing<'_>) -> Result<Vec<u8>, ReferenceError> {
     let malformed = |reason: &str| ReferenceError::malformed(NAME, reason);
     let width = u16::try_from(piece.wide).map_err(|_| malformed("a fax is wider than 65535 pixels"))?;
@@ -191,7 +192,8 @@ fn sum_up(data: &mut [u8], piece: &Piece, big_endian: bool) -> Result<(), Refere
     Ok(())
 }
 
-/// Undoes the predictor of floating-point numbers: bytes of equal weight lie together, as differences, the highest first.
+/// Undoes the predictor of floating-point numbers: bytes of equal weight lie together, as
+/// differences, the highest first.
 fn unshuffle(data: &mut [u8], piece: &Piece, big_endian: bool) -> Result<(), ReferenceError> {
     let size = piece.bits / 8;
     if !matches!(piece.bits, 16 | 32 | 64) {

@@ -7,7 +7,7 @@ use super::{
         raster::{Alpha, Inks, Raster, Samples},
         tiff_tags::orientation_of_exif,
     },
-    Decoded, believe,
+    decoded::{Decoded, believe},
 };
 use std::io::Cursor;
 

@@ -1,7 +1,7 @@
 //! Profiles that are tables: curves, a grid of colours, curves again.
 
-use super::{number, tone};
-use crate::reference::colour::Tone;
+use super::values::{fixed, number, tone};
+use crate::reference::tone::Tone;
 
 /// From the numbers of a colour to luminance, by `mft1`, `mft2` or `mAB `.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,7 +86,7 @@ impl Table {
         let middle = match (m, matrix) {
             (0, _) | (_, 0) => None,
             _ => {
-                let matrix = (0..12).map(|k| super::fixed(tag, matrix + 4 * k)).collect::<Option<Vec<_>>>()?;
+                let matrix = (0..12).map(|k| fixed(tag, matrix + 4 * k)).collect::<Option<Vec<_>>>()?;
                 Some((curves(m, OUT)?, matrix))
             }
         };

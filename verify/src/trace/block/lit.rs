@@ -1,24 +1,29 @@
 //! The light that falls on the exit face, told by the point of the face that it lights.
 //!
-//! Rays are counted over the plan of the exit face, each with the flux that its part of the face gets: so all of the face is lit,
-//! however oblique or wide the light is, and its border is where light ends. What reaches it by a side wall of the file's solid
-//! instead of the entry face ends there.
+//! Rays are counted over the plan of the exit face, each with the flux that its part of the face
+//! gets: so all of the face is lit, however oblique or wide the light is, and its border is where
+//! light ends. What reaches it by a side wall of the file's solid instead of the entry face ends
+//! there.
 
-use super::{BlockTracer, Face};
+use super::{
+    incident::IncidentFlux,
+    tracer::{BlockTracer, Face},
+    walls::{WALL_MM, in_rectangle},
+};
 use crate::{
-    accel::SearchRay,
-    scene::{Geometry, Optics, Scene},
-    spread::{Dice, Draw, Spread},
+    random::PhotonRandom,
+    scene::{Geometry, Optics},
     trace::{
-        End, Path,
-        illumination::{Arrival, Rays, axis_of},
+        accel::SearchRay,
+        illumination::{Arrival, Rays},
+        path::{End, RayPath},
     },
 };
 use glam::{DVec2, DVec3};
 
 /// A point of the face in the light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Lit {
+pub(super) struct LitPoint {
     point: DVec3,
     /// Unit normal that turns the light.
     normal: DVec3,
@@ -27,98 +32,43 @@ pub(super) struct Lit {
     flux: f64,
 }
 
-/// Light with an extent, a face with a finish.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Imperfect {
-    spread: Spread,
-    /// Ideal light, in the bench's frame.
-    rays: Rays,
-    axis: DVec3,
-    roughness: f64,
-}
-
-impl Imperfect {
-    /// None on an ideal bench.
-    pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let Scene { spread, roughness, .. } = *scene;
-        let (rays, axis) = (Rays::of(&scene.light), axis_of(scene));
-        (spread != Spread::None || roughness != 0.0).then_some(Self { spread, rays, axis, roughness })
-    }
-
-    /// The light that one photon is of.
-    fn rays(&self, dice: &Dice) -> Rays {
-        match self.rays {
-            Rays::Parallel(direction) => Rays::Parallel(self.spread.direction(direction, dice)),
-            Rays::From(source) => Rays::From(self.spread.place(source, self.axis, dice)),
-        }
-    }
-
-    /// The normal that one photon finds. A facet that faces away from the light is not met by it.
-    fn rough(&self, normal: DVec3, direction: DVec3, dice: &Dice) -> DVec3 {
-        if self.roughness == 0.0 {
-            return normal;
-        }
-        let slopes = normal.truncate() / normal.z + self.roughness * dice.normal_pair(Draw::Finish);
-        let rough = slopes.extend(1.0).normalize();
-        if rough.dot(direction) * normal.dot(direction) > 0.0 { rough } else { normal }
-    }
-}
-
-/// How much light falls on the face, found by quadrature.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Supply {
-    /// Mean flux per unit of area of the face's plan.
-    pub(super) mean: f64,
-    /// The part of it that meets a side wall, or a rim, before the face.
-    pub(super) vignetted: f64,
-}
-
 /// Points of the quadrature along each side.
 const POINTS: usize = 128;
 /// Two crossings nearer to each other than this are one, mm.
 const SAME_MM: f64 = 1e-6;
-/// How far beyond a wall light counts as inside, mm.
-const WALL_MM: f64 = 1e-9;
-
-/// Whether a point is in a rectangle, or on its border but for rounding.
-#[inline]
-pub(super) fn within(at: DVec2, (lower, upper): (DVec2, DVec2)) -> bool {
-    (at + WALL_MM).cmpge(lower).all() && (at - WALL_MM).cmple(upper).all()
-}
-
 impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
-    pub(in crate::trace) fn path_at(&self, at: DVec2) -> Path {
+    pub(in crate::trace) fn path_at(&self, at: DVec2) -> RayPath {
         if !self.block.covers(at) {
-            return Path::DARK;
+            return RayPath::DARK;
         }
         if self.even {
             return self.path(at);
         }
-        let Some(lit) = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit)) else { return Path::DARK };
-        let power = lit.flux / self.supply.mean;
+        let Some(lit) = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit)) else { return RayPath::DARK };
+        let power = lit.flux / self.incident.mean;
         if self.is_vignetted(&lit) {
-            return Path { power, ..Path::ended(End::Side, 1.0) };
+            return RayPath { power, ..RayPath::ended(End::Side, 1.0) };
         }
-        Path { power, ..self.leave(lit.point, lit.normal, lit.arrival.direction, lit.arrival.transmittance) }
+        RayPath { power, ..self.leave(lit.point, lit.normal, lit.arrival.direction, lit.arrival.transmittance) }
     }
 
-    /// The same, but the way to the face is followed forwards, through the search structure, and light and face are as imperfect as
-    /// the dice make them.
+    /// The same, but the way to the face is followed forwards, through the search structure, and
+    /// light and face are as imperfect as the random numbers make them.
     #[inline]
-    pub(in crate::trace) fn followed_at(&self, at: DVec2, dice: &Dice) -> Path {
+    pub(in crate::trace) fn followed_at(&self, at: DVec2, random: &PhotonRandom) -> RayPath {
         if !self.block.covers(at) {
-            return Path::DARK;
+            return RayPath::DARK;
         }
         if self.even && self.imperfect.is_none() {
             return self.path(at);
         }
-        let rays = self.imperfect.as_ref().map_or(self.rays, |i| self.illumination.in_block(i.rays(dice)));
-        let Some(lit) = self.lit(rays, at) else { return Path::DARK };
-        let power = lit.flux / self.supply.mean;
+        let rays = self.imperfect.as_ref().map_or(self.rays, |i| self.illumination.in_block(i.rays(random)));
+        let Some(lit) = self.lit(rays, at) else { return RayPath::DARK };
+        let power = lit.flux / self.incident.mean;
         if self.is_vignetted(&lit) {
-            return Path { power, ..Path::ended(End::Side, 1.0) };
+            return RayPath { power, ..RayPath::ended(End::Side, 1.0) };
         }
         let direction = lit.arrival.direction;
         let origin = match self.optics {
@@ -126,13 +76,13 @@ impl BlockTracer {
             Optics::Reflects => self.before(lit.point, direction),
         };
         let (point, normal) = match self.exit(&SearchRay::new(origin, direction)) {
-            Ok((point, _)) if point.distance_squared(lit.point) > SAME_MM * SAME_MM => return Path::DARK,
+            Ok((point, _)) if point.distance_squared(lit.point) > SAME_MM * SAME_MM => return RayPath::DARK,
             Ok(met) => met,
             // At the border the spline reaches beyond its triangles.
             Err(_) => (lit.point, lit.normal),
         };
-        let normal = self.imperfect.as_ref().map_or(normal, |i| i.rough(normal, direction, dice));
-        Path { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
+        let normal = self.imperfect.as_ref().map_or(normal, |i| i.rough(normal, direction, random));
+        RayPath { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
     }
 
     /// Angle of the light above a point to the normal of the face there, radians.
@@ -142,7 +92,7 @@ impl BlockTracer {
     }
 
     /// How much light falls on the face.
-    pub(super) fn supply(&self) -> Supply {
+    pub(super) fn incident(&self) -> IncidentFlux {
         let size = self.block.upper - self.block.lower;
         let (mut sum, mut vignetted) = (0.0, 0.0);
         for j in 0..POINTS {
@@ -156,22 +106,24 @@ impl BlockTracer {
             sum += row;
             vignetted += row_vignetted;
         }
-        Supply { mean: sum / (POINTS * POINTS) as f64, vignetted: if sum > 0.0 { vignetted / sum } else { 0.0 } }
+        IncidentFlux { mean: sum / (POINTS * POINTS) as f64, vignetted: if sum > 0.0 { vignetted / sum } else { 0.0 } }
     }
 
-    /// The face above a point of its plan, in the light of these rays. None where it faces away from them.
+    /// The face above a point of its plan, in the light of these rays. None where it faces away
+    /// from them.
     #[inline]
-    fn lit(&self, rays: Rays, at: DVec2) -> Option<Lit> {
+    fn lit(&self, rays: Rays, at: DVec2) -> Option<LitPoint> {
         if !self.block.covers(at) {
             return None;
         }
         let (point, facing, normal) = self.face_above(at);
         let arrival = self.illumination.at(rays, point)?;
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
-        (flux > 0.0).then_some(Lit { point, normal, arrival, flux })
+        (flux > 0.0).then_some(LitPoint { point, normal, arrival, flux })
     }
 
-    /// A point of the face, the normal of its shape (with z = 1), and the unit normal that turns light.
+    /// A point of the face, the normal of its shape (with z = 1), and the unit normal that turns
+    /// light.
     #[inline]
     fn face_above(&self, at: DVec2) -> (DVec3, DVec3, DVec3) {
         if self.geometry == Geometry::NormalMappedPlane {
@@ -195,12 +147,13 @@ impl BlockTracer {
 
     /// Whether another part of the face is in the way of the light.
     #[inline]
-    fn is_hidden(&self, lit: &Lit) -> bool {
+    fn is_hidden(&self, lit: &LitPoint) -> bool {
         let direction = lit.arrival.direction;
         if self.geometry == Geometry::NormalMappedPlane || self.is_steep(direction) {
             return false;
         }
-        // Back from the face: out of the glass and into it again, or, before a mirror, into its back.
+        // Back from the face: out of the glass and into it again, or, before a mirror, into its
+        // back.
         let leaves = matches!(self.optics, Optics::Refracts { .. });
         let back = SearchRay::new(lit.point, -direction);
         let before = self.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
@@ -209,7 +162,7 @@ impl BlockTracer {
 
     /// Whether light comes to this point by a side wall of the solid, or past a rim that shades it.
     #[inline]
-    fn is_vignetted(&self, lit: &Lit) -> bool {
+    fn is_vignetted(&self, lit: &LitPoint) -> bool {
         let (point, entered, direction) = (lit.point, lit.arrival.entered, lit.arrival.direction);
         let block = &self.block;
         if self.optics == Optics::Reflects {
@@ -224,10 +177,10 @@ impl BlockTracer {
             let back = || point.z + block.leaves_at(point.truncate(), entered) * (lit.arrival.entered.z - point.z);
             return !block.enters(entered) || block.rim_z_mm().is_none_or(|top| back() > top + WALL_MM);
         }
-        if within(entered, (block.lower, block.upper)) {
+        if in_rectangle(entered, (block.lower, block.upper)) {
             return false;
         }
-        if !within(entered, block.entry_face_mm()) {
+        if !in_rectangle(entered, block.entry_face_mm()) {
             return true;
         }
         // Through the rim: it must come in below its top.

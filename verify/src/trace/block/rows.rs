@@ -1,13 +1,16 @@
-//! Many rays of light along the axis at once: by rows of a lattice, and by the facets of the file. Where light goes straight up, what it
-//! meets is known, and what neighbours share is computed once.
+//! Many rays of light along the axis at once: by rows of a lattice, and by the facets of the file.
+//! Where light goes straight up, what it meets is known, and what neighbours share is computed
+//! once.
 
-use super::{BlockTracer, Face, mixed};
+use super::tracer::{BlockTracer, Face, mixed};
 use crate::{
     block::{Half, corners, halves},
-    optics::tangent_behind,
     scene::{Fresnel, Geometry, Optics, Traversal},
     spline::Columns,
-    trace::{End, Path},
+    trace::{
+        path::{End, RayPath},
+        refraction::tangent_behind,
+    },
 };
 use glam::{DVec2, DVec3};
 
@@ -35,8 +38,8 @@ pub(crate) struct Row {
     /// Landing points on the receiver, mm, if every ray lands there with all of its power.
     pub(crate) landings: Vec<DVec2>,
     /// All that there is to know of every ray, if that is not so.
-    pub(crate) paths: Vec<Path>,
-    met: Vec<Met>,
+    pub(crate) paths: Vec<RayPath>,
+    met: Vec<FacePoint>,
     scratch: Vec<[f64; 2]>,
 }
 
@@ -48,22 +51,23 @@ impl Row {
 
     /// What is known of a ray.
     #[inline]
-    pub(crate) fn path(&self, k: usize) -> Path {
-        self.paths.get(k).copied().unwrap_or_else(|| Path::ended(End::Receiver(self.landings[k]), 1.0))
+    pub(crate) fn path(&self, k: usize) -> RayPath {
+        self.paths.get(k).copied().unwrap_or_else(|| RayPath::ended(End::Receiver(self.landings[k]), 1.0))
     }
 }
 
 /// What a ray along the axis meets: the height of the face, mm, and its slopes.
 #[derive(Clone, Copy, Debug)]
-struct Met {
+struct FacePoint {
     x: f64,
     z: f64,
     slope: DVec2,
 }
 
-/// The simplest bench: light along the axis, which all goes on at a face that it meets once, to a receiver across the axis.
+/// The simplest bench: light along the axis, which all goes on at a face that it meets once, to a
+/// receiver across the axis.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Plain {
+pub(super) struct AxialBench {
     ior: f64,
     distance_mm: f64,
     /// Height of a rim around the face.
@@ -72,7 +76,7 @@ pub(super) struct Plain {
     steepest2: f64,
 }
 
-impl Plain {
+impl AxialBench {
     /// Where light lands that meets the face at a point, and whether it does.
     #[inline(always)]
     fn landing(&self, at: DVec2, z: f64, slope: DVec2) -> (DVec2, bool) {
@@ -85,11 +89,11 @@ impl Plain {
 
 impl BlockTracer {
     /// This bench, if it is the simplest.
-    fn plain(&self) -> Option<Plain> {
+    fn plain(&self) -> Option<AxialBench> {
         let Optics::Refracts { ior } = self.optics else { return None };
         let distance_mm = self.receiver.distance_across_axis_mm()?;
         let simple = self.even && self.turned.is_none() && self.fresnel == Fresnel::Off;
-        simple.then(|| Plain {
+        simple.then(|| AxialBench {
             ior,
             distance_mm,
             rim_z: self.block.rim_z_mm().unwrap_or(f64::NEG_INFINITY),
@@ -100,7 +104,8 @@ impl BlockTracer {
         })
     }
 
-    /// What rows of rays at these places along x have in common, if their paths can be followed row by row.
+    /// What rows of rays at these places along x have in common, if their paths can be followed row
+    /// by row.
     pub(in crate::trace) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
         match &self.face {
             _ if !self.even || !self.block.is_rectangular() || self.traversal != Traversal::Grid => None,
@@ -115,13 +120,14 @@ impl BlockTracer {
         }
     }
 
-    /// The paths of the rays of a row, as [`path_at`](Self::path_at) finds them one by one, up to rounding.
+    /// The paths of the rays of a row, as [`path_at`](Self::path_at) finds them one by one, up to
+    /// rounding.
     pub(in crate::trace) fn path_row(&self, lattice: &Lattice, y: f64, row: &mut Row) {
         row.met.clear();
         match (lattice, &self.face) {
             (Lattice::Spline(xs, columns), Face::Spline(spline)) => {
                 spline.row(columns, y, &mut row.scratch, |k, jet| {
-                    row.met.push(Met { x: xs[k], z: jet.z, slope: DVec2::new(jet.zx, jet.zy) });
+                    row.met.push(FacePoint { x: xs[k], z: jet.z, slope: DVec2::new(jet.zx, jet.zy) });
                 });
             }
             (Lattice::Flat(columns), Face::Smooth(normals)) => {
@@ -161,14 +167,14 @@ impl BlockTracer {
         }
     }
 
-    /// What the rays of a row meet on the triangles. `slope` is given the slopes of the triangle, the nodes of its corners, and their
-    /// weights.
+    /// What the rays of a row meet on the triangles. `slope` is given the slopes of the triangle,
+    /// the nodes of its corners, and their weights.
     #[inline(always)]
     fn flat_row(
         &self,
         columns: &[Column],
         y: f64,
-        met: &mut Vec<Met>,
+        met: &mut Vec<FacePoint>,
         slope: impl Fn(&dyn Fn() -> DVec2, [usize; 3], [f64; 3]) -> DVec2,
     ) {
         let block = &self.block;
@@ -185,7 +191,7 @@ impl BlockTracer {
             let corners = corners(i, j).map(|(i, j)| j * block.nx + i);
             let nodes = half.map(|k| corners[k]);
             let z: f64 = nodes.iter().zip(weights).map(|(&k, weight)| weight * block.heights[k]).sum();
-            Met { x, z, slope: slope(&|| self.slope_of((i, j), half), nodes, weights) }
+            FacePoint { x, z, slope: slope(&|| self.slope_of((i, j), half), nodes, weights) }
         }));
     }
 
@@ -229,7 +235,7 @@ impl BlockTracer {
 /// Light along the axis that meets facets.
 pub(crate) struct FacetLines<'a> {
     tracer: &'a BlockTracer,
-    plain: Option<Plain>,
+    plain: Option<AxialBench>,
     transmittance: f64,
 }
 
@@ -237,7 +243,7 @@ pub(crate) struct FacetLines<'a> {
 pub(crate) enum FromFacet<const N: usize> {
     /// They land here, mm, with all of their power.
     Landings([DVec2; N]),
-    Paths([Path; N]),
+    Paths([RayPath; N]),
 }
 
 impl FacetLines<'_> {

@@ -1,63 +1,24 @@
 //! Finding the cell and the triangle of the exit face that a ray meets, or that lies above a point.
 
-use super::BlockTracer;
+use super::{
+    hit::{Hierarchy, Hit, Patch},
+    tracer::BlockTracer,
+};
 use crate::{
-    accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
-    block::{Block, Diagonal, Half, corners, halves},
+    block::{Diagonal, corners, halves},
     scene::{Optics, Traversal},
-    trace::illumination::Rays,
+    trace::{
+        accel::{Accelerator, Crossing, SearchRay, crossing, passes_beside},
+        illumination::Rays,
+    },
 };
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::{f64::consts::FRAC_PI_2, ops::RangeInclusive};
 
-/// A search structure over patches of the exit face. Within a patch the grid tells which cells a ray passes.
-#[derive(Debug)]
-pub(super) struct Hierarchy {
-    accelerator: Accelerator,
-    /// The patch in every slot.
-    patches: Vec<Patch>,
-}
-
-/// Cells along each side of a patch: their heights are a few lines of a cache, and the hierarchy over the patches fits into one.
-const SIDE: usize = 4;
-
-/// How far beyond its computed place a ray is looked for: as a part of a cell, and as a part of all heights. Rounding is many orders of
-/// magnitude less.
+/// How far beyond its computed place a ray is looked for: as a part of a cell, and as a part of all
+/// heights. Rounding is many orders of magnitude less.
 const SLACK: f64 = 1e-6;
-
-/// Neighbouring cells.
-#[derive(Clone, Copy, Debug)]
-struct Patch {
-    /// First and last column, first and last row.
-    columns: [u32; 2],
-    rows: [u32; 2],
-    /// Least and greatest height of its nodes, mm.
-    z: [f64; 2],
-}
-
-impl Patch {
-    /// Patch `k` of a block.
-    fn new(block: &Block, k: usize) -> Self {
-        let across = (block.nx - 1).div_ceil(SIDE);
-        let span = |k: usize, nodes: usize| [SIDE * k, (SIDE * (k + 1)).min(nodes - 1) - 1];
-        let (columns, rows) = (span(k % across, block.nx), span(k / across, block.ny));
-        let heights = (rows[0]..=rows[1] + 1)
-            .flat_map(|j| &block.heights[j * block.nx..][columns[0]..=columns[1] + 1])
-            .fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], &z| [z.min(lo), z.max(hi)]);
-        Self { columns: columns.map(|i| i as u32), rows: rows.map(|j| j as u32), z: heights }
-    }
-
-    fn count(block: &Block) -> usize {
-        (block.nx - 1).div_ceil(SIDE) * (block.ny - 1).div_ceil(SIDE)
-    }
-
-    /// Least and greatest corner, mm.
-    fn bounds(&self, block: &Block) -> (DVec3, DVec3) {
-        let [first, last] = [0, 1].map(|k| block.lines(self.columns[k] as usize, self.rows[k] as usize));
-        (DVec3::new(first.0[0], first.1[0], self.z[0]), DVec3::new(last.0[1], last.1[1], self.z[1]))
-    }
-}
 
 /// A cell of the exit face.
 #[derive(Clone, Copy, Debug)]
@@ -68,15 +29,6 @@ struct Cell {
     diagonal: Diagonal,
 }
 
-/// A crossing of the triangulated exit face.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Hit {
-    pub(super) crossing: Crossing,
-    cell: u32,
-    /// Which corners of the cell the triangle has.
-    half: Half,
-}
-
 impl BlockTracer {
     /// Builds the search structure, if it will be needed for sure.
     pub(in crate::trace) fn prepare(&self) {
@@ -85,7 +37,8 @@ impl BlockTracer {
         }
     }
 
-    /// The same for beams, which look for the face a second time only where light runs flat over it.
+    /// The same for beams, which look for the face a second time only where light runs flat over
+    /// it.
     pub(in crate::trace) fn prepare_beams(&self) {
         let needed = if self.even { self.traversal == Traversal::Bvh } else { self.may_meet_twice() };
         if needed {
@@ -93,7 +46,8 @@ impl BlockTracer {
         }
     }
 
-    /// Whether light may run so flat that it meets the face a second time, by bounds for its angles to the axis.
+    /// Whether light may run so flat that it meets the face a second time, by bounds for its angles
+    /// to the axis.
     fn may_meet_twice(&self) -> bool {
         let mirror = self.optics == Optics::Reflects;
         let arrives = match self.rays {
@@ -121,7 +75,8 @@ impl BlockTracer {
 
     /// The search structure over the exit face.
     fn hierarchy(&self) -> &Hierarchy {
-        // Not while a lock is held: it is built on all cores, and one that waits for others takes up other rays, which ask for it too.
+        // Not while a lock is held: it is built on all cores, and one that waits for others takes
+        // up other rays, which ask for it too.
         self.hierarchy.get().unwrap_or_else(|| {
             let built = self.build_hierarchy();
             self.hierarchy.get_or_init(|| built)
@@ -185,7 +140,8 @@ impl BlockTracer {
         nearest
     }
 
-    /// The columns and rows of a patch above or below which a ray passes between the patch's least and greatest height.
+    /// The columns and rows of a patch above or below which a ray passes between the patch's least
+    /// and greatest height.
     #[inline]
     fn passed(&self, patch: &Patch, ray: &SearchRay) -> (RangeInclusive<u32>, RangeInclusive<u32>) {
         let (origin, direction, [low, high]) = (ray.origin, ray.direction, patch.z);
@@ -236,7 +192,8 @@ impl BlockTracer {
     /// The triangle above or below a point, whatever its height.
     pub(super) fn hit_at(&self, at: DVec2) -> Hit {
         let cell = self.cell_above(at);
-        // The triangle in which the point lies deepest, so that rounding at the border decides nothing.
+        // The triangle in which the point lies deepest, so that rounding at the border decides
+        // nothing.
         let candidates = halves(self.block.diagonals[cell as usize]).map(|half| {
             let mut hit = Hit { crossing: Crossing { t: 0.0, weights: DVec3::ZERO, outwards: true }, cell, half };
             let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j).truncate());

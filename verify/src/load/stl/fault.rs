@@ -1,0 +1,7 @@
+//! What is wrong with such a file.
+
+use crate::load::error::LoadError;
+
+pub(super) fn malformed(reason: impl Into<String>) -> LoadError {
+    LoadError::malformed("STL", reason)
+}

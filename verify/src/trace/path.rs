@@ -1,0 +1,45 @@
+//! The ways of rays, and how they end.
+
+use glam::DVec2;
+
+/// How the way of a ray ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum End {
+    /// On the receiver plane, at this point, mm.
+    Receiver(DVec2),
+    /// At an interface, beyond the critical angle. (Traced as a full solid: after too many
+    /// reflections inside.)
+    TotallyReflected,
+    /// At a side wall, or at the solid again after leaving it. (Traced as a full solid: anywhere
+    /// but on the receiver.)
+    Side,
+    /// Past the solid without touching it.
+    Beside,
+    /// Nowhere: the tracer failed. Never happens with a sound solid.
+    Lost,
+}
+
+/// Where a ray goes, following refraction wherever it is possible.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RayPath {
+    /// How it ends.
+    pub end: End,
+    /// The part of its power that arrives there; the rest is reflected on the way.
+    pub transmittance: f64,
+    /// Its power for the rectangle of plan that it stands for, in units of the mean over the
+    /// aperture: how bright the light is there. 0 where the face lies in its own shadow.
+    pub power: f64,
+    /// Rays of different signature took different kinds of ways: the map from aperture to receiver
+    /// tears between them.
+    pub(crate) signature: u32,
+}
+
+impl RayPath {
+    /// No light.
+    pub(crate) const DARK: Self = Self { power: 0.0, ..Self::ended(End::Side, 1.0) };
+
+    pub(crate) const fn ended(end: End, transmittance: f64) -> Self {
+        Self { end, transmittance, power: 1.0, signature: 0 }
+    }
+}
