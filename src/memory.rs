@@ -34,7 +34,7 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// By cells of the receiver, see [`Transport::receiver_cells`](crate::transport::Transport::receiver_cells).
+    /// By cells of the receiver, see [`TransportOptions::receiver_cells`](crate::transport::TransportOptions::receiver_cells).
     Transport {
         /// How many there are.
         cells: u64,

@@ -135,7 +135,7 @@ pub(crate) fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgem
 /// The light of a design as the solver itself casts it. `seen` is what it saw last, if it is that of this very face; otherwise it is
 /// cast again.
 pub(crate) fn own_light(
-    block: &pipeline::Block,
+    block: &pipeline::DesignedBlock,
     bench: &Bench,
     seen: Option<&Field<f64>>,
     examiner: &Examiner,
@@ -165,7 +165,7 @@ impl<'a> Judged<'a> {
 /// The steps of a design as far as the file that is judged: what the solver saw, and the file as read back in every view. `views` are
 /// [those](views) of the file, and `judgement` was made of it.
 pub(crate) fn of_design(
-    block: &pipeline::Block,
+    block: &pipeline::DesignedBlock,
     own: Image,
     (judged, views): (&Judged<'_>, Vec<Image>),
     examiner: &Examiner,
@@ -230,7 +230,7 @@ impl Off {
 }
 
 /// How far the nodes of a block that was read back are from those of its design. `None` if it has others.
-fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
+fn off_nodes(design: &pipeline::DesignedBlock, found: &Subject) -> Option<Off> {
     let Subject::Block(found) = found else { return None };
     let face = design.solid.surface();
     let nodes = (face.heights_mm().nx(), face.heights_mm().ny());
@@ -243,7 +243,7 @@ fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
 }
 
 /// The exit face of a design with all digits of its heights.
-pub(crate) fn double_precision(block: &pipeline::Block) -> Result<Subject, Failure> {
+pub(crate) fn double_precision(block: &pipeline::DesignedBlock) -> Result<Subject, Failure> {
     let solid = &block.solid;
     let place = Path::new("the height field");
     match solid.rim_z_mm() {

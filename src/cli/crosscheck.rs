@@ -14,7 +14,6 @@ use super::{
 };
 use clap::ValueEnum;
 use glam::DVec2;
-use glasswarp::solver::Progress;
 use glasswarp_verify::{
     Image,
     crosscheck::{

@@ -11,7 +11,6 @@ use super::{
 };
 use glasswarp::{
     fabricate::{Cutter, Direction, Pass},
-    solver::Progress,
     surface::Polish,
 };
 use serde::{Deserialize, Deserializer, de};

@@ -21,9 +21,8 @@ use glasswarp::{
     export::{Format, HeightMapFormat},
     fabricate::{Cutter, Pass},
     optim::Termination,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     solid::Origin,
-    solver::Progress,
 };
 use std::{
     path::{Path, PathBuf},
@@ -161,7 +160,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     }
 }
 
-fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver {
+fn solver_to_json(plan: &Plan, block: &DesignedBlock, solved: Duration) -> json::Solver {
     json::Solver {
         name: name_of(plan.solver),
         iterations: block.summary.iterations(),
@@ -171,7 +170,7 @@ fn solver_to_json(plan: &Plan, block: &Block, solved: Duration) -> json::Solver 
     }
 }
 
-fn levels_at_limit(block: &Block) -> usize {
+fn levels_at_limit(block: &DesignedBlock) -> usize {
     block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
 }
 
@@ -218,7 +217,7 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 fn print_summary(
     plan: &Plan,
     outputs: &[PathBuf],
-    block: &Block,
+    block: &DesignedBlock,
     solved: Duration,
     notes: &[String],
 ) -> Result<(), Failure> {

@@ -11,7 +11,7 @@ use super::{
 use glasswarp::{
     export::{self, Design, Format, HeightMap, HeightMapError, HeightMapFormat},
     grid::Outline,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report,
 };
 use glasswarp_verify::Mesh;
@@ -29,7 +29,7 @@ use std::{
 /// What is written of a design.
 pub(crate) struct Task<'a> {
     pub(crate) plan: &'a Plan,
-    pub(crate) block: &'a Block,
+    pub(crate) block: &'a DesignedBlock,
     pub(crate) outputs: &'a [PathBuf],
     pub(crate) args: &'a DesignArgs,
 }
@@ -188,7 +188,7 @@ fn make_one(
 }
 
 /// Writes a STEP file; returns how near its face is.
-fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
+fn write_step(plan: &Plan, output: &Path, block: &DesignedBlock, design: &Design) -> Result<String, Failure> {
     let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;

@@ -24,11 +24,10 @@ use glasswarp::{
         Border, CausticMesh, Deconvolution, Deconvolved, Ending, ImperfectLight, Picture, Psf, PsfPicture, SourceSize,
         TargetIrradiance, Transfer, to_picture_order,
     },
-    solver::Progress,
 };
 use glasswarp_verify::{Geometry, Image, NoisyError, PhotonPlan, Scene, Spread, metrics, metrics::Metrics, photons};
 use serde::Deserialize;
-use std::{fmt, path::PathBuf, str::FromStr, sync::Arc};
+use std::{fmt, ops::ControlFlow, path::PathBuf, str::FromStr, sync::Arc};
 
 read_as_text!(SourceName, Roughness, SpeckFile);
 
@@ -219,8 +218,11 @@ impl Intent {
                 let rounds = settings.deconvolution_rounds.unwrap_or(usual.rounds);
                 let progress = TerminalProgress::new();
                 progress.begin("making up for the spread of the light", rounds);
-                let options = Deconvolution { rounds, border, ..usual };
-                let done = options.of_watched(&picture, psf, |done| progress.advance(done));
+                let options = usual.with_rounds(rounds).with_border(border);
+                let done = options.of_watched(&picture, psf, |done| {
+                    progress.advance(done);
+                    ControlFlow::Continue(())
+                });
                 progress.finish();
                 Some(done.map_err(Failure::refused)?)
             }

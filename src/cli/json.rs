@@ -498,7 +498,7 @@ pub(crate) fn texts(paths: &[std::path::PathBuf]) -> Vec<String> {
 }
 
 impl Block {
-    pub(crate) fn of(plan: &Plan, block: &pipeline::Block) -> Self {
+    pub(crate) fn of(plan: &Plan, block: &pipeline::DesignedBlock) -> Self {
         let extent = block.solid.surface().extent();
         Self {
             width_mm: extent.width_mm,

@@ -19,7 +19,6 @@ use glasswarp::{
     fabricate::{Cutter, Direction, Milled, Pass, Scallop},
     report::{self, Captioned, Cost, Facts},
     solid::{Shape, Solid, Stock},
-    solver::Progress,
     surface::{HeightField, Polish},
 };
 use glasswarp_verify::metrics;

@@ -16,7 +16,7 @@ use super::{
 };
 use glasswarp::{
     irradiance::to_picture_order,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report::{self, Exposure},
 };
 use glasswarp_verify::{Image, Mesh, PhotonPlan};
@@ -71,12 +71,17 @@ pub(crate) struct Opinion<'a> {
 
 impl<'a> Opinion<'a> {
     /// Judges the first file as soon as it is read back, and looks for the step that costs most. `None` if it could not be read.
-    pub(crate) fn of(plan: &Plan, intended: &Wanted, block: &Block, first: First<'a>) -> Result<Option<Self>, Failure> {
+    pub(crate) fn of(
+        plan: &Plan,
+        intended: &Wanted,
+        block: &DesignedBlock,
+        first: First<'a>,
+    ) -> Result<Option<Self>, Failure> {
         // The bench as the side file gives it, which is what a stranger will have.
         let scene = scene_of(&first.side.bench, &first.side.design)?;
         let examiner = Examiner::new(scene.clone(), Some(intended.in_perfect_light()), PIXELS);
         // What the solver saw after a finish is not the light of the face as it is.
-        let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
+        let own = block.light.first().filter(|_| plan.settings.finish.is_none());
         let own = budget::own_light(block, &plan.bench, own, &examiner);
         let Some(mesh) = first.mesh() else { return Ok(None) };
         let judged = Judged::of(mesh.moved(first.side.origin_of(first.path)), first.path)?;
@@ -150,8 +155,8 @@ impl<'a> Opinion<'a> {
 }
 
 /// Draws the solver's own view of where the light will be wrong, if it has one.
-pub(crate) fn draw_weakness(plan: &Plan, output: &Path, block: &Block) -> Result<Vec<PathBuf>, Failure> {
-    let Some(light) = &block.light else { return Ok(Vec::new()) };
+pub(crate) fn draw_weakness(plan: &Plan, output: &Path, block: &DesignedBlock) -> Result<Vec<PathBuf>, Failure> {
+    let Some(light) = block.light.first() else { return Ok(Vec::new()) };
     let exposure = Exposure::of(&plan.target, plan.transfer.into());
     let wanted = plan.target.resampled(light.nx(), light.ny());
     let picture = report::difference_picture(&to_picture_order(wanted.cells()), &to_picture_order(light), exposure);

@@ -17,7 +17,7 @@ use glasswarp::{
     grid::Field,
     irradiance::to_picture_order,
     materials,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report::{self, Cost, Exposure, Facts, FileRecord, Highlight, Isocontours, Model, Page, View},
     solid::Solid,
     surface::SurfaceSpline,
@@ -290,7 +290,7 @@ pub(crate) struct Portrait {
 }
 
 impl Portrait {
-    pub(crate) fn of(block: &Block, bench: &Bench) -> Self {
+    pub(crate) fn of(block: &DesignedBlock, bench: &Bench) -> Self {
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
@@ -305,7 +305,7 @@ impl Portrait {
 pub(crate) struct DesignPage<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) outputs: &'a [PathBuf],
-    pub(crate) block: &'a Block,
+    pub(crate) block: &'a DesignedBlock,
     pub(crate) portrait: &'a Portrait,
     /// What the verifier says, unless it was not asked.
     pub(crate) opinion: Option<&'a Opinion<'a>>,
@@ -355,7 +355,7 @@ impl DesignPage<'_> {
 
     /// The wanted light and the one that is drawn, in picture order: the verifier's, or the solver's own.
     fn lights(&self) -> (Field<f64>, Field<f64>) {
-        match (self.opinion, &self.block.light) {
+        match (self.opinion, self.block.light.first()) {
             (Some(opinion), _) => (judge::field_of(&opinion.wanted), judge::field_of(&opinion.judgement.caustic)),
             (None, Some(light)) => {
                 let wanted = self.plan.target.resampled(light.nx(), light.ny());
@@ -369,7 +369,7 @@ impl DesignPage<'_> {
     }
 
     fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
-        let note = match (self.opinion.map(|opinion| opinion.judgement.verdict.as_ref()), &self.block.light) {
+        let note = match (self.opinion.map(|opinion| opinion.judgement.verdict.as_ref()), self.block.light.first()) {
             (Some(Some(verdict)), _) => {
                 format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
             }

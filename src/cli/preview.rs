@@ -17,7 +17,7 @@ use super::{
 };
 use glasswarp::{
     fabricate::Shape,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report::{self, Exposure, Facts, Isocontours, Page},
 };
 use std::path::{Path, PathBuf};
@@ -88,7 +88,7 @@ fn is(path: &Path, extension: &str) -> bool {
 
 struct Preview<'a> {
     plan: &'a Plan,
-    block: &'a Block,
+    block: &'a DesignedBlock,
     examiner: &'a Examiner,
     seen: &'a Seen,
 }

@@ -15,7 +15,6 @@ use glam::{DVec2, DVec3};
 use glasswarp::{
     grid::Field,
     report::{self, Captioned},
-    solver::Progress,
     surface::HeightField,
 };
 use glasswarp_verify::{Block, Image, Light, Optics, Scene, Tracer, Traversal, metrics};

@@ -27,7 +27,7 @@ use super::{
 };
 use clap::{Args, Subcommand, ValueEnum};
 use glam::DVec2;
-use glasswarp::{irradiance::Transfer, report::Exposure, solver::Progress};
+use glasswarp::{irradiance::Transfer, report::Exposure};
 use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, Traversal, Window, picture};
 use std::{
     path::{Path, PathBuf},

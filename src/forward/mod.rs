@@ -5,13 +5,7 @@
 
 mod splat;
 
-use crate::{
-    bench::Bench,
-    grid::Field,
-    light::{Incidence, Incoming},
-    optics::Interface,
-    surface::SurfaceSpline,
-};
+use crate::{bench::Bench, grid::Field, light::Incoming, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use splat::Film;
@@ -54,7 +48,7 @@ pub struct Caustic {
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
 /// edge. Not finite where the light is totally reflected.
 pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
-    let (lattice, light) = (spline.lattice(nx, ny), Incidence::of(bench));
+    let (lattice, light) = (spline.lattice(nx, ny), bench.incidence());
     let mut mesh = vec![DVec2::ZERO; nx * ny];
     mesh.par_chunks_mut(nx).enumerate().for_each_init(Vec::new, |scratch, (j, out)| {
         lattice.row(j, scratch, |i, height, slope| {
@@ -78,7 +72,7 @@ pub fn irradiance(
     cells: (usize, usize),
 ) -> Caustic {
     let (nx, ny) = beams;
-    let (lattice, light) = (spline.lattice(nx + 1, ny + 1), Incidence::of(bench));
+    let (lattice, light) = (spline.lattice(nx + 1, ny + 1), bench.incidence());
     let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
     let origin = bench.window_centre_mm() + bench.window().lower();
     let (outline, beam) = (bench.contour(), bench.block().node_spacing(nx + 1, ny + 1));

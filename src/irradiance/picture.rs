@@ -72,6 +72,7 @@ const LIGHT_BYTES: u64 = 8;
 
 /// How a picture is read.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PictureOptions {
     /// How numbers become light; else as the file says.
     pub transfer: Option<Transfer>,
@@ -101,6 +102,42 @@ impl Default for PictureOptions {
 }
 
 impl PictureOptions {
+    /// The same with this meaning of numbers in the place of what the file says.
+    #[must_use]
+    pub fn with_transfer(self, transfer: Option<Transfer>) -> Self {
+        Self { transfer, ..self }
+    }
+
+    /// The same with this light behind transparent parts.
+    #[must_use]
+    pub fn with_background(self, background: Option<Background>) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same with this layer of an OpenEXR file.
+    #[must_use]
+    pub fn with_layer(self, layer: Option<String>) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// The same with these edits.
+    #[must_use]
+    pub fn with_edits(self, edits: Edits) -> Self {
+        Self { edits, ..self }
+    }
+
+    /// The same with so many pixels across of a drawing.
+    #[must_use]
+    pub fn with_drawing_width(self, pixels: usize) -> Self {
+        Self { drawing_width: pixels, ..self }
+    }
+
+    /// The same with so much memory at most, bytes.
+    #[must_use]
+    pub fn with_memory(self, bytes: u64) -> Self {
+        Self { memory: bytes, ..self }
+    }
+
     /// Reads a picture of any kind that is known, told by its content, and how it was understood.
     ///
     /// # Errors
@@ -275,7 +312,7 @@ impl Picture {
     /// # Errors
     /// Those of [`PictureOptions::open`].
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
-        PictureOptions { transfer, ..PictureOptions::default() }.open(path).map(|(picture, _)| picture)
+        PictureOptions::default().with_transfer(transfer).open(path).map(|(picture, _)| picture)
     }
 
     /// Linear light on a 0..1 scale, row 0 on top.

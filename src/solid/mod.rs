@@ -18,6 +18,7 @@
 //! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
 //!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
 
+mod blank;
 mod check;
 mod close;
 mod error;
@@ -26,6 +27,7 @@ mod stock;
 mod trim;
 mod walls;
 
+pub use blank::Blank;
 pub use check::{Fault, Invariants};
 pub(crate) use check::{cross, sub};
 pub use error::SolidError;

@@ -43,7 +43,7 @@ pub(super) fn describe(
 ) {
     let mut warnings = Vec::new();
     // Coarse levels are only a start, and rounds of the closed loop that went wrong were taken back.
-    let finest = summary.levels.iter().rposition(|level| level.stage == super::pyramid::STAGE);
+    let finest = summary.levels.iter().rposition(|level| level.stage == super::level::STAGE);
     let last = summary.levels.len().checked_sub(1).filter(|_| flaws.unconverged);
     for level in [finest, last].into_iter().flatten().map(|k| &summary.levels[k]) {
         if level.termination == Termination::Converged {

@@ -1,13 +1,13 @@
 //! The closed loop: look at the light of the true surface, and ask for less where there is too much (Richardson and Lucy).
 
 use super::{
-    NAME, Options,
+    TransportOptions,
     carry::Carrier,
     correction::{Correction, GENTLE, STAGES},
     equation::State,
+    level::{FORCING, NAME, RMS, Solved, record},
     newton::{Criterion, Halt},
     path::OpticalPath,
-    pyramid::{FORCING, RMS, Solved, record},
     report,
     soften::{self, soften},
     uneven,
@@ -19,7 +19,7 @@ use crate::{
     grid::Field,
     light::Light,
     optim::{Summary, Termination},
-    solver::{Progress, SolveError},
+    solver::{Event, Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
 
@@ -100,7 +100,7 @@ impl Best {
 /// # Errors
 /// Where the face would reach the receiver, and a solve that was cancelled.
 pub(super) fn close(
-    options: &Options,
+    options: &TransportOptions,
     solved: Solved,
     bench: &Bench,
     nodes: (usize, usize),
@@ -116,9 +116,9 @@ pub(super) fn close(
     let mut stage = 0;
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
-    progress.begin("closed loop", rounds);
+    progress.tell(Event::Stage { name: "closed loop", steps: rounds })?;
     for round in 0.. {
-        progress.check()?;
+        progress.tell(Event::Iteration)?;
         let began = progress.clock();
         let carried = carrier.heights(&path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
@@ -209,7 +209,7 @@ pub(super) fn close(
         if let Some(level) = summary.levels.last() {
             tracing::debug!(?level, "level done");
         }
-        progress.advance(round + 1);
+        progress.tell(Event::Step { done: round + 1 })?;
     }
     let Some(mut best) = best else {
         return Err(SolveError::Failed {

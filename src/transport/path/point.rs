@@ -39,8 +39,7 @@ const STEPS: usize = 30;
 
 impl PointSource {
     pub(super) fn of(bench: &Bench) -> Option<Self> {
-        PointWave::of(bench)
-            .map(|wave| Self { wave, negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm() })
+        bench.wave().map(|wave| Self { wave, negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm() })
     }
 }
 
