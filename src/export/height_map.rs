@@ -58,7 +58,10 @@ pub enum HeightMapFormat {
 #[derive(Debug, thiserror::Error)]
 pub enum HeightMapError {
     /// The extension names no format.
-    #[error("{path:?} has {}; a height map is written as .png (16-bit) or .exr (32-bit)", super::found(extension))]
+    #[error(
+        "{path:?} has {}; a height map is written as .png (16-bit) or .exr (32-bit)",
+        super::format::found(extension)
+    )]
     Extension {
         /// The file that was asked for.
         path: String,

@@ -8,7 +8,7 @@ mod splat;
 use crate::{bench::Bench, grid::Field, light::Incoming, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use splat::Film;
+use splat::{Corner, Film};
 
 /// Where on the block the light is taken to leave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,13 +161,6 @@ pub(crate) fn triangles(bench: &Bench, beams: (usize, usize), (i, j): (usize, us
 
 /// Number of films; a constant, so that results do not depend on the number of threads.
 const BANDS: usize = 48;
-
-/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries per area of the mesh.
-#[derive(Clone, Copy)]
-struct Corner {
-    at: DVec2,
-    flux: f64,
-}
 
 /// Where the ray that leaves the block at `from` lands, mm; not finite if it is totally reflected.
 #[inline(always)]

@@ -3,69 +3,39 @@
 
 mod canvas;
 mod colour;
+mod curve;
 mod decode;
 mod edits;
 mod error;
 mod exr;
+mod grey;
 mod kind;
+mod lightness;
 mod primaries;
 mod profile;
 mod sampling;
+mod sheet;
 #[cfg(feature = "svg")]
 mod svg;
 mod tiff;
+mod transfer;
 mod understood;
 
 pub use edits::{Background, Crop, EditError, Edits, Flip, Levels, Measure, Rotation};
 pub use error::PictureError;
+pub use grey::Picture;
+pub use transfer::Transfer;
 pub use understood::Understood;
 
-use crate::{grid::Field, irradiance::TargetIrradiance};
+use crate::grid::Field;
 use canvas::{Canvas, Orientation};
 use colour::Lamp;
 use kind::Kind;
-use primaries::REC_709;
 use std::{
     fs::File,
     io::{BufRead, BufReader, Seek},
     path::Path,
 };
-
-/// How the numbers in a picture become light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transfer {
-    /// Numbers are encoded for a screen (IEC 61966-2-1); the wall looks like the picture on that
-    /// screen.
-    Srgb,
-    /// Numbers are light already.
-    Linear,
-}
-
-impl Transfer {
-    /// Light of an encoded value, both on a 0..1 scale.
-    pub fn to_linear(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Srgb if value <= 0.04045 => value / 12.92,
-            Self::Srgb => ((value + 0.055) / 1.055).powf(2.4),
-        }
-    }
-
-    /// The inverse of [`to_linear`](Self::to_linear).
-    pub fn from_linear(self, light: f64) -> f64 {
-        match self {
-            Self::Linear => light,
-            Self::Srgb if light <= 0.003_130_8 => light * 12.92,
-            Self::Srgb => 1.055 * light.powf(1.0 / 2.4) - 0.055,
-        }
-    }
-}
-
-/// A grey-scale picture of linear light on a 0..1 scale, row 0 on top, as a viewer sees it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    values: Field<f64>,
-}
 
 /// Bytes of a pixel as light.
 const LIGHT_BYTES: u64 = 8;
@@ -245,7 +215,7 @@ impl PictureOptions {
     fn read_svg(&self, bytes: &[u8]) -> Result<(Field<f64>, Understood), PictureError> {
         let background = self.background.unwrap_or(Background::WHITE);
         let length = bytes.len() as u64;
-        let size = (self.drawing_width.max(TargetIrradiance::LEAST_CELLS), Picture::GREATEST_SIDE);
+        let size = (self.drawing_width.max(Picture::LEAST_SIDE), Picture::GREATEST_SIDE);
         let transfer = self.transfer.unwrap_or(Transfer::Srgb);
         let check = |size, needs: u64| self.check(size, needs.saturating_add(length));
         let raster = svg::read(bytes, size, (background, transfer), self.memory, &check)?;
@@ -272,7 +242,7 @@ impl PictureOptions {
 
     /// Whether a picture of this size may be read, which takes so many bytes besides its light.
     fn check(&self, (width, height): (usize, usize), needs: u64) -> Result<(), PictureError> {
-        let (least, greatest) = (TargetIrradiance::LEAST_CELLS, Picture::GREATEST_SIDE);
+        let (least, greatest) = (Picture::LEAST_SIDE, Picture::GREATEST_SIDE);
         let factor = Canvas::factor((width, height), greatest);
         let (nx, ny) = (width.div_ceil(factor), height.div_ceil(factor));
         if nx.min(ny) < least {
@@ -285,39 +255,12 @@ impl PictureOptions {
 }
 
 impl Picture {
-    /// Greatest number of pixels along a side; pictures with more are reduced as they are read.
-    pub const GREATEST_SIDE: usize = 16_384;
-    /// Memory that reading takes at most unless told otherwise, bytes: enough for the greatest
-    /// picture with 8 bits per colour and alpha.
-    pub const MEMORY: u64 = 4 << 30;
-
-    /// Takes linear light on a 0..1 scale, row 0 on top.
-    ///
-    /// # Errors
-    /// Values that are negative or not finite, or a picture too small or too large.
-    pub fn from_values(values: Field<f64>) -> Result<Self, PictureError> {
-        let (width, height) = (values.nx(), values.ny());
-        let (least, greatest) = (TargetIrradiance::LEAST_CELLS, Self::GREATEST_SIDE);
-        if width.min(height) < least || width.max(height) > greatest {
-            return Err(PictureError::Size { width, height, least, greatest });
-        }
-        match values.as_slice().iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-            Some(k) => Err(PictureError::Value { column: k % width, row: k / width, value: values.as_slice()[k] }),
-            None => Ok(Self { values }),
-        }
-    }
-
     /// Reads a picture as its file says, unless `transfer` says otherwise, without edits.
     ///
     /// # Errors
     /// Those of [`PictureOptions::open`].
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
         PictureOptions::default().with_transfer(transfer).open(path).map(|(picture, _)| picture)
-    }
-
-    /// Linear light on a 0..1 scale, row 0 on top.
-    pub fn values(&self) -> &Field<f64> {
-        &self.values
     }
 }
 

@@ -1,4 +1,5 @@
-use super::Solid;
+/// Most nodes of an exit face: twice as many triangles still have 32-bit numbers.
+pub(super) const MOST_NODES: usize = 1 << 30;
 
 /// Why a surface does not make a block.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -16,7 +17,7 @@ pub enum SolidError {
     /// More nodes than mesh files can number.
     #[error(
         "the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer (--nodes)",
-        Solid::MOST_NODES
+        MOST_NODES
     )]
     TooManyNodes {
         /// Nodes along x.

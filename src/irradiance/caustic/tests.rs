@@ -1,5 +1,5 @@
 use super::*;
-use crate::bench::ExitFace;
+use crate::{bench::ExitFace, grid::Extent};
 use std::{fmt::Write as _, path::Path};
 
 const SIZE: (usize, usize) = (7, 6);

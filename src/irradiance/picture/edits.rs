@@ -1,7 +1,7 @@
 //! What is done to a picture on the way in.
 
-use super::{PictureError, REC_709, Transfer};
-use crate::{grid::Field, irradiance::TargetIrradiance};
+use super::{Picture, PictureError, Transfer, primaries::REC_709};
+use crate::grid::Field;
 use std::{fmt, str::FromStr};
 
 /// The light behind transparent parts, as a colour of sRGB.
@@ -165,8 +165,8 @@ impl Crop {
         let (width, height) = (self.width.pixels(nx), self.height.pixels(ny));
         let fits =
             x.checked_add(width).is_some_and(|end| end <= nx) && y.checked_add(height).is_some_and(|end| end <= ny);
-        if !fits || width.min(height) < TargetIrradiance::LEAST_CELLS {
-            return Err(PictureError::Crop { x, y, width, height, nx, ny, least: TargetIrradiance::LEAST_CELLS });
+        if !fits || width.min(height) < Picture::LEAST_SIDE {
+            return Err(PictureError::Crop { x, y, width, height, nx, ny, least: Picture::LEAST_SIDE });
         }
         Ok([x, y, width, height])
     }
