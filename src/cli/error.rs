@@ -1,4 +1,4 @@
-use super::json;
+use super::{json, remedies::Advised};
 use glasswarp::export::ExportError;
 use std::{error::Error, io, path::Path};
 
@@ -55,7 +55,7 @@ impl Failure {
     }
 
     pub(crate) fn refused(error: impl Error + Send + Sync + 'static) -> Self {
-        Self::Refused(error.into())
+        Self::Refused(Advised::by_flag(error.into()))
     }
 
     /// An export that failed: the disk's fault or the request's.

@@ -37,6 +37,7 @@ mod preview;
 mod progress;
 mod quantity;
 mod reference;
+mod remedies;
 mod settings;
 mod shards;
 mod side_file;

@@ -5,6 +5,7 @@ use super::{
     error::Failure,
     imperfect::Intent,
     reference::Wanted,
+    remedies,
     settings::{DRAWING_NODES, QualityName, Settings, SolverName, TransferName, name_of},
     side_file::BenchRecord,
 };
@@ -320,7 +321,7 @@ pub(crate) fn unreadable(path: &Path, error: PictureError) -> Failure {
     match error {
         PictureError::Io(error) => Failure::reading(path, error),
         error if error.is_of_the_file() => {
-            Failure::Unreadable(format!("{} is not a readable picture: {error}", path.display()))
+            Failure::Unreadable(format!("{} is not a readable picture: {}", path.display(), remedies::in_words(&error)))
         }
         refused => Failure::refused(refused),
     }

@@ -4,6 +4,7 @@ use crate::{
     bench::ExitFace,
     solid::{Origin, Solid},
 };
+#[cfg(feature = "files")]
 use glasswarp_files::WriteError;
 use std::{fmt, path::Path};
 
@@ -95,6 +96,7 @@ pub enum ExportError {
         most: usize,
     },
     /// The file could not be written.
+    #[cfg(feature = "files")]
     #[error(transparent)]
     Write(#[from] WriteError),
 }

@@ -16,6 +16,7 @@ mod three_mf;
 mod write;
 
 pub use format::{Design, ExportError, Format};
+#[cfg(feature = "files")]
 pub use glasswarp_files::{Held, WriteError, probe, remove_unfinished, write_atomically};
 pub use glb::write_glb;
 pub use height_map::{HeightMap, HeightMapError, HeightMapFormat};
@@ -24,6 +25,7 @@ pub use ply::write_ply;
 pub use step::{NetFit, StepError, StepTolerance, choose_net, write_step};
 pub use stl::write_stl;
 pub use three_mf::write_3mf;
+#[cfg(feature = "files")]
 pub use write::export;
 
 #[cfg(test)]

@@ -6,8 +6,11 @@ use super::{
     glb, write_3mf, write_glb, write_obj, write_ply, write_step, write_stl,
 };
 use crate::solid::Solid;
+#[cfg(feature = "files")]
 use glasswarp_files::write_atomically;
-use std::{io, path::Path};
+use std::io;
+#[cfg(feature = "files")]
+use std::path::Path;
 
 impl Format {
     /// Refuses what the format cannot hold, before anything is written.
@@ -46,6 +49,7 @@ impl Format {
 /// # Errors
 /// An unknown extension, a block too large for the format, or a file that cannot be written. A STEP file gets the net that
 /// the picture needs; [`choose_net`] and [`write_step`] give the choice.
+#[cfg(feature = "files")]
 pub fn export(path: &Path, solid: &Solid, design: &Design) -> Result<(), ExportError> {
     let format = Format::from_path(path)?;
     format.check(solid)?;

@@ -31,11 +31,9 @@ use crate::grid::Field;
 use canvas::{Canvas, Orientation};
 use colour::Lamp;
 use kind::Kind;
-use std::{
-    fs::File,
-    io::{BufRead, BufReader, Seek},
-    path::Path,
-};
+use std::io::{BufRead, Seek};
+#[cfg(feature = "files")]
+use std::{fs::File, io::BufReader, path::Path};
 
 /// Bytes of a pixel as light.
 const LIGHT_BYTES: u64 = 8;
@@ -111,8 +109,8 @@ impl PictureOptions {
     /// Reads a picture of any kind that is known, told by its content, and how it was understood.
     ///
     /// # Errors
-    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not
-    /// fit.
+    /// Those of [`read`](Self::read).
+    #[cfg(feature = "files")]
     pub fn open(&self, path: &Path) -> Result<(Picture, Understood), PictureError> {
         let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
         self.read(BufReader::with_capacity(kind::HEAD, File::open(path).map_err(PictureError::Io)?))
@@ -122,7 +120,8 @@ impl PictureOptions {
     /// take more memory than allowed is refused before it is decoded.
     ///
     /// # Errors
-    /// Those of [`open`](Self::open), and [`PictureError::Memory`].
+    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not
+    /// fit; [`PictureError::Memory`].
     pub fn read(&self, mut file: impl BufRead + Seek) -> Result<(Picture, Understood), PictureError> {
         let head = file.fill_buf().map_err(PictureError::Io)?;
         let kind = Kind::of(&head[..head.len().min(kind::HEAD)])?;
@@ -254,6 +253,7 @@ impl PictureOptions {
     }
 }
 
+#[cfg(feature = "files")]
 impl Picture {
     /// Reads a picture as its file says, unless `transfer` says otherwise, without edits.
     ///

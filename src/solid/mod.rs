@@ -39,7 +39,7 @@ pub use shape::{Origin, Rim, Shape};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
-    grid::{Contour, Extent},
+    grid::{Contour, Extent, cut_off},
     surface::{HeightField, SurfaceSpline},
 };
 use face::{Diagonal, diagonals, normal_of};
@@ -289,18 +289,7 @@ impl Solid {
         let (curve, flat) = self.curve();
         let points = curve.polygon(1e-4 * self.stock_extent().as_vec().max_element());
         let Some((along, reach)) = flat else { return points };
-        let mut cut = Vec::with_capacity(points.len() + 2);
-        for (k, &from) in points.iter().enumerate() {
-            let to = points[(k + 1) % points.len()];
-            let (a, b) = (along.dot(from) - reach, along.dot(to) - reach);
-            if a <= 0.0 {
-                cut.push(from);
-            }
-            if a * b < 0.0 {
-                cut.push(from.lerp(to, a / (a - b)));
-            }
-        }
-        cut
+        cut_off(&points, along, reach)
     }
 
     /// The curve around the exit face as seen along the axis, if it is not rectangular.

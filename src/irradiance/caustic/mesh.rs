@@ -38,6 +38,9 @@ pub enum CausticMeshError {
         #[source]
         source: tobj::LoadError,
     },
+    /// The bytes are no OBJ.
+    #[error("the caustic mesh is no readable OBJ")]
+    Parse(#[source] tobj::LoadError),
     /// A face is no quad.
     #[error("face {face} of the caustic mesh has {corners} corners; all must have 4")]
     NotQuads {

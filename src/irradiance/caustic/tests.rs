@@ -43,7 +43,9 @@ fn open(text: &str) -> Result<CausticMesh, CausticMeshError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("mesh.obj");
     std::fs::write(&path, text).unwrap();
-    CausticMesh::open(&path)
+    let mesh = CausticMesh::open(&path);
+    assert_eq!(CausticMesh::read(text.as_bytes()).ok(), mesh.as_ref().ok().cloned());
+    mesh
 }
 
 #[test]
