@@ -1,4 +1,4 @@
-//! How much memory a design will take, told before it is begun.
+//! An estimate of the memory that a design takes, made before it is begun.
 //!
 //! A model of the greatest resident size of `glasswarp design`, fitted to measured runs (docs/reliability.md has them). With `N` height
 //! nodes, `P` pixels of the picture, `R` cells of the receiver grid on which the transport solver works (about four for every pixel that

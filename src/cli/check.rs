@@ -20,7 +20,7 @@ use super::{
 use anstyle::AnsiColor;
 use glam::DVec2;
 use glasswarp::{
-    fabricate::{Cutter, Pass, Scallop, Shape},
+    fabricate::{Cutter, FaceShape, Pass, Scallop},
     report::{self, Captioned},
     solid::STANDARD_SHEETS_MM,
     surface::{HeightField, Polish},
@@ -125,7 +125,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
             Workpiece::open(&args.block, args.bench.as_deref(), otherwise, args.pixels as usize)
         })
         .transpose()?;
-    let shape = Shape::of(&subject.surface);
+    let shape = FaceShape::of(&subject.surface);
     let lines = lines(args, &subject, &shape, &pass, &polish)?;
     let extent = subject.surface.extent();
     say!(
@@ -235,7 +235,7 @@ fn place(at: DVec2) -> String {
 fn lines(
     args: &CheckArgs,
     subject: &Subject,
-    shape: &Shape,
+    shape: &FaceShape,
     pass: &Pass,
     polish: &Polish,
 ) -> Result<Vec<Line>, Failure> {
@@ -392,7 +392,7 @@ fn remedy(raw: &Scallop, blur_mm: f64, spread: &dyn Fn(&Scallop) -> f64) -> Stri
 }
 
 /// Where the face is hollow, steep and thin.
-fn maps(args: &CheckArgs, subject: &Subject, shape: &Shape) -> Vec<Captioned> {
+fn maps(args: &CheckArgs, subject: &Subject, shape: &FaceShape) -> Vec<Captioned> {
     const WIDTH: u32 = 420;
     let extent = subject.surface.extent();
     let (sharpest, (steep_at, steepest)) = (shape.sharpest(), shape.steepest());

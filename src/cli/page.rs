@@ -13,7 +13,7 @@ use super::{
 use glasswarp::{
     bench::{Bench, ExitFace},
     export::{Format, HeightMapFormat},
-    fabricate::Shape,
+    fabricate::FaceShape,
     grid::Field,
     irradiance::to_picture_order,
     materials,
@@ -151,7 +151,7 @@ pub(crate) fn picture_rows(plan: &Plan) -> Vec<(String, String)> {
 }
 
 /// What a face asks of a workshop.
-pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
+pub(crate) fn face_rows(shape: &FaceShape) -> Vec<(String, String)> {
     let (at, slope) = shape.steepest();
     let hollow = shape.sharpest();
     let place = |at: glam::DVec2| format!("x = {} mm, y = {} mm", mm(at.x), mm(at.y));
@@ -188,7 +188,7 @@ fn material(bench: &Bench, named: Option<&str>) -> String {
 }
 
 /// A designed block to turn and zoom.
-pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape, contours: &'a Isocontours) -> Model<'a> {
+pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a FaceShape, contours: &'a Isocontours) -> Model<'a> {
     Model {
         surface: solid.surface(),
         entry_z_mm: solid.entry_z_mm(),
@@ -284,7 +284,7 @@ fn kind(path: &Path) -> &'static str {
 
 /// What is drawn of a block alone: nothing of it waits for a file.
 pub(crate) struct Portrait {
-    pub(crate) shape: Shape,
+    pub(crate) shape: FaceShape,
     pub(crate) drawing: GrayImage,
     pub(crate) contours: Isocontours,
 }
@@ -294,7 +294,7 @@ impl Portrait {
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
-            || Shape::of_spline(surface, &spline),
+            || FaceShape::of_spline(surface, &spline),
             || rayon::join(|| report::dimensioned_drawing(solid, bench), || Isocontours::of_spline(surface, &spline)),
         );
         Self { shape, drawing, contours }
@@ -431,7 +431,7 @@ impl DesignPage<'_> {
         highlights
     }
 
-    fn facts(&self, shape: &Shape) -> Result<Vec<Facts>, Failure> {
+    fn facts(&self, shape: &FaceShape) -> Result<Vec<Facts>, Failure> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());

@@ -16,7 +16,7 @@ use super::{
     workpiece::{View as Seen, look_at},
 };
 use glasswarp::{
-    fabricate::Shape,
+    fabricate::FaceShape,
     pipeline::DesignedBlock,
     report::{self, Exposure, Facts, Isocontours, Page},
 };
@@ -105,7 +105,7 @@ impl Preview<'_> {
         }
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let (shape, contours) = (Shape::of(solid.surface()), Isocontours::of(solid.surface()));
+        let (shape, contours) = (FaceShape::of(solid.surface()), Isocontours::of(solid.surface()));
         let (_, high) = block.surface.range_mm();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![

@@ -11,8 +11,8 @@ mod resample;
 
 pub use convolve::Convolution;
 pub use field::Field;
-pub use outline::{Contour, Outline};
 pub(crate) use outline::cut_off;
+pub use outline::{Contour, Outline};
 pub use resample::{area_resample, bilinear_resample};
 
 use glam::DVec2;

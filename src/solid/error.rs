@@ -16,10 +16,7 @@ pub enum SolidError {
         height_mm: f64,
     },
     /// More nodes than mesh files can number.
-    #[error(
-        "the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer",
-        MOST_NODES
-    )]
+    #[error("the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer", MOST_NODES)]
     TooManyNodes {
         /// Nodes along x.
         nx: usize,
@@ -39,9 +36,7 @@ pub enum SolidError {
         least_mm: f64,
     },
     /// A skirt that is none, or larger than the face.
-    #[error(
-        "the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm"
-    )]
+    #[error("the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm")]
     Skirt {
         /// Its width, mm.
         width_mm: f64,

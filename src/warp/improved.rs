@@ -156,11 +156,11 @@ impl Solver for Warping {
         let mut best_mesh = None;
         if self.options.closed_loop_rounds > 0 {
             let mut best = Drawn::by(&surface, &state.mesh, &run, flux);
-            let (mut aim, mut latest) = (wanted.clone(), best.clone());
+            let (mut solver_target, mut latest) = (wanted.clone(), best.clone());
             for round in 1..=self.options.closed_loop_rounds {
-                aim = latest.corrected(&aim, flux);
+                solver_target = latest.corrected(&solver_target, flux);
                 let stage = format!("closed loop {round}");
-                state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
+                state.displace(&mut run, &stage, &solver_target, self.options.closed_loop_iterations)?;
                 let (next, next_shortfall) = state.surface(&run, nodes)?;
                 latest = Drawn::by(&next, &state.mesh, &run, flux);
                 if latest.error < best.error {
@@ -264,15 +264,15 @@ impl Drawn {
         Self { error: square.mean().sqrt(), flux }
     }
 
-    /// `aim * wanted / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
-    fn corrected(&self, aim: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
-        let (mx, my) = (aim.nx(), aim.ny());
+    /// `solver_target * wanted / drawn`, on the quads of `solver_target`; unchanged where it is unknown what is drawn.
+    fn corrected(&self, solver_target: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
+        let (mx, my) = (solver_target.nx(), solver_target.ny());
         let wanted = area_resample(wanted, mx, my);
         let drawn = area_resample(&self.flux, mx, my);
         Field::from_fn(mx, my, |i, j| {
             let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
             let factor = if drawn[(i, j)].is_nan() { 1.0 } else { ratio };
-            aim[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
+            solver_target[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
         })
     }
 }

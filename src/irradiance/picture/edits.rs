@@ -394,7 +394,8 @@ mod tests {
         assert!("1,2,3".parse::<Crop>().is_err() && "1,2,3,-4".parse::<Crop>().is_err());
         assert!("0,0,101%,100%".parse::<Crop>().is_err() && "45deg".parse::<Rotation>().is_err());
         assert!("#12345".parse::<Background>().is_err() && "#+1+2+3".parse::<Background>().is_err());
-        for (levels, word) in [("0.9,0.1", "inverting"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")]
+        for (levels, word) in
+            [("0.9,0.1", "inverting"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")]
         {
             assert!(levels.parse::<Levels>().unwrap_err().to_string().contains(word), "{levels}");
         }
