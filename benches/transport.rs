@@ -9,8 +9,8 @@ use glasswarp::{
         dct::{CosineFilter, Symmetry},
     },
     irradiance::TargetIrradiance,
-    solver::{Silent, Solver},
-    transport::{Options, Quality, Transport},
+    solver::{Problem, Silent, Solver},
+    transport::{Quality, Transport, TransportOptions},
 };
 
 /// Smooth parts, edges and a dark corner.
@@ -43,9 +43,9 @@ fn solve(criterion: &mut Criterion) {
         group.sample_size(10);
         for &nodes in &sizes {
             let target = target((nodes / 2).min(512));
-            let solver = Transport { options: Options::new(quality) };
+            let solver = Transport::new(TransportOptions::new(quality)).expect("options in range");
             group.bench_function(BenchmarkId::from_parameter(nodes), |b| {
-                b.iter(|| solver.solve(&target, &bench, (nodes, nodes), &Silent).expect("a solution"));
+                b.iter(|| solver.solve(&Problem::new(&bench, &target), (nodes, nodes), &Silent).expect("a solution"));
             });
         }
     }

@@ -6,9 +6,9 @@ use glasswarp::{
     forward,
     grid::{Extent, Field},
     irradiance::TargetIrradiance,
-    solver::{Silent, Solver},
+    solver::{Problem, Silent, Solver},
     surface::SurfaceSpline,
-    transport::{Options, Quality, Transport},
+    transport::Transport,
 };
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -19,11 +19,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     let target = TargetIrradiance::new(lux)?;
     let bench = Bench::new(Extent::new(50.0, 50.0), 200.0, ExitFace::Refracts { ior: 1.5 })?;
-    let options = Options { quality: Quality::Draft, ..Options::default() };
-    let solution = Transport { options }.solve(&target, &bench, (129, 129), &Silent)?;
+    let solution = Transport::draft().solve(&Problem::new(&bench, &target), (129, 129), &Silent)?;
 
     // Cast light forward through the face, and compare with what was wanted.
-    let spline = SurfaceSpline::through(&solution.surface);
+    let spline = SurfaceSpline::through(&solution.exit);
     let seen = forward::irradiance(&spline, &bench, forward::Geometry::Displaced, (384, 384), (96, 96));
     let difference = |(a, b): (&f64, &f64)| (a - b).powi(2);
     let pairs = seen.irradiance.as_slice().iter().zip(target.cells().as_slice());

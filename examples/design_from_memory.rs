@@ -7,7 +7,7 @@ use glasswarp::{
     irradiance::{Picture, TargetIrradiance},
     pipeline,
     solid::Stock,
-    solver::Silent,
+    solver::{Problem, Silent},
     transport::Transport,
 };
 
@@ -23,7 +23,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let block = Extent::new(80.0, 60.0);
     let bench = Bench::new(block, 300.0, ExitFace::Refracts { ior: 1.49 })?;
     let nodes = pipeline::node_grid(block, 129)?;
-    let block = pipeline::design(&target, &bench, nodes, &Transport::default(), Stock::thinnest_sheet(), &Silent)?;
+    let block = pipeline::design(
+        &Problem::new(&bench, &target),
+        nodes,
+        &Transport::default(),
+        &Stock::thinnest_sheet().into(),
+        &Silent,
+    )?;
     println!("relief {:.3} mm, thinnest {:.3} mm", block.surface.relief_mm(), block.solid.thinnest_mm());
     for warning in &block.summary.warnings {
         println!("warning: {warning}");

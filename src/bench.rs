@@ -1,144 +1,29 @@
 //! The optical bench: how light arrives, what the exit face does to it, and where the receiver stands.
 
+mod error;
+mod face;
+mod limits;
 mod receiver;
 
+pub use error::BenchError;
+pub use face::ExitFace;
 pub use receiver::Receiver;
 
 use crate::{
     grid::{Contour, Extent, Outline},
-    light::{Incidence, Intensity, Light, Profile, ProfileError},
+    light::{Incidence, Intensity, Light, PointWave, Profile},
 };
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
-/// What the structured face does to the light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ExitFace {
-    /// Light leaves glass of this refractive index (relative to the medium around it) into that medium.
-    Refracts {
-        /// Index of the block divided by that of its surroundings; above 1.
-        ior: f64,
-    },
-    /// Light arrives from the receiver's side and is reflected back to it.
-    Reflects,
-}
-
-impl ExitFace {
-    /// The refractive index in front of the face over that behind it: the block's for glass, 1 for a mirror.
-    pub fn ior(self) -> f64 {
-        match self {
-            Self::Refracts { ior } => ior,
-            Self::Reflects => 1.0,
-        }
-    }
-
-    /// The quotient `n_b / n_a` of section 2.2 of the paper: 1/ior for glass, 1 for a mirror.
-    pub fn eta(self) -> f64 {
-        1.0 / self.ior()
-    }
-}
-
-/// Why a bench cannot be built.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BenchError {
-    /// A length outside of what the numerics and any workshop can handle.
-    #[error("{what} is {value_mm} mm; it must lie between {least_mm} mm and {greatest_mm} mm")]
-    Length {
-        /// Which length.
-        what: &'static str,
-        /// Its value, mm.
-        value_mm: f64,
-        /// Least accepted value, mm.
-        least_mm: f64,
-        /// Greatest accepted value, mm.
-        greatest_mm: f64,
-    },
-    /// Corners that do not fit the block.
-    #[error(
-        "corners with a radius of {radius_mm} mm do not fit a block of {width_mm} x {height_mm} mm; take at least {least_mm:.2} mm and at most {greatest_mm:.2} mm, half of the shorter side (--outline rounded:RADIUS), or --outline circle"
-    )]
-    Corners {
-        /// The refused radius, mm.
-        radius_mm: f64,
-        /// Width of the block, mm.
-        width_mm: f64,
-        /// Height of the block, mm.
-        height_mm: f64,
-        /// Least accepted radius, mm.
-        least_mm: f64,
-        /// Greatest accepted radius, mm.
-        greatest_mm: f64,
-    },
-    /// The index does not bend light, or is not that of a transparent solid.
-    #[error("the refractive index is {ior}; it must lie between {} and {} (acrylic 1.49, window glass 1.52)", Bench::IOR_LIMITS.0, Bench::IOR_LIMITS.1)]
-    Index {
-        /// The refused index.
-        ior: f64,
-    },
-    /// The light does not travel towards the structured face.
-    #[error("the light direction ({}, {}, {}) does not reach the exit face", direction.x, direction.y, direction.z)]
-    Direction {
-        /// The refused direction.
-        direction: DVec3,
-    },
-    /// The source lies in the block, behind the mirror, or so close to it that it touches.
-    #[error("the light source at z = {z_mm} mm must lie {side} z = {limit_mm} mm, {face}: move it away from the block")]
-    SourcePlace {
-        /// Its place on the bench's axis, mm.
-        z_mm: f64,
-        /// On which side of the limit it must lie.
-        side: &'static str,
-        /// The limit, mm.
-        limit_mm: f64,
-        /// What the limit is.
-        face: &'static str,
-    },
-    /// Some part of the block is lit at a grazing angle.
-    #[error(
-        "light from the source meets the block at {angle_deg:.1} degrees to its axis at x = {:.2} mm, y = {:.2} mm; at most {} degrees are accepted: move the source further away, or closer to the axis",
-        at_mm.x, at_mm.y, Bench::GREATEST_INCIDENCE_DEG
-    )]
-    Grazing {
-        /// Where on the block, mm.
-        at_mm: DVec2,
-        /// Angle to the axis, in air, degrees.
-        angle_deg: f64,
-    },
-    /// The receiver leans so far that it is seen from its edge.
-    #[error("the receiver leans by {angle_deg:.1} degrees; at most {} degrees are accepted", Bench::GREATEST_LEAN_DEG)]
-    Lean {
-        /// Angle between its normal and the axis, degrees.
-        angle_deg: f64,
-    },
-    /// The receiver passes through the block.
-    #[error(
-        "the receiver cuts the block: the corner of its mean exit plane at x = {:.1} mm, y = {:.1} mm lies {:.1} mm behind it; move the receiver further away or let it lean less",
-        at_mm.x, at_mm.y, -gap_mm
-    )]
-    ReceiverCuts {
-        /// The corner, mm.
-        at_mm: DVec2,
-        /// Its distance in front of the receiver, mm.
-        gap_mm: f64,
-    },
-    /// The undisturbed light does not reach the receiver.
-    #[error("light along ({:.3}, {:.3}, {:.3}) goes past the receiver: tilt the light or the receiver less", direction.x, direction.y, direction.z)]
-    PastReceiver {
-        /// Its direction behind a flat face.
-        direction: DVec3,
-    },
-    /// The light cannot be used.
-    #[error(transparent)]
-    Profile(#[from] ProfileError),
-}
-
 /// A validated bench. See the [frame](crate#frame-units-signs).
+///
+/// What [`new`](Self::new) does not ask for is chosen by `with_*`, in any order; each checks its part. Only a
+/// [profile](Self::with_profile) belongs to the light that it was measured in: choosing another light drops it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     block: Extent,
     outline: Outline,
-    window: Extent,
-    window_centre_mm: DVec2,
     receiver: Receiver,
     exit_face: ExitFace,
     light: Light,
@@ -151,7 +36,7 @@ impl Bench {
     /// Accepted distances from the mean exit plane to the receiver, mm.
     pub const DISTANCE_LIMITS_MM: (f64, f64) = (1.0, 1_000_000.0);
     /// Accepted refractive indices. Below the lower one the relief would be deeper than any block.
-    pub const IOR_LIMITS: (f64, f64) = (1.01, 4.0);
+    pub const IOR_LIMITS: (f64, f64) = limits::IOR_LIMITS;
     /// Accepted thicknesses of a block in the light of a point source, from its entry face to the mean exit plane, mm.
     pub const THICKNESS_LIMITS_MM: (f64, f64) = (0.1, 10_000.0);
     /// Least radius of rounded corners, as a share of half the shorter side: below, use a rectangle and a file.
@@ -159,9 +44,9 @@ impl Bench {
     /// Least distance of a point source from the entry face, or from the mean plane of a mirror, mm.
     pub const LEAST_SOURCE_MM: f64 = 1.0;
     /// Greatest angle to the axis at which light from a point source may meet the block, degrees.
-    pub const GREATEST_INCIDENCE_DEG: f64 = 75.0;
+    pub const GREATEST_INCIDENCE_DEG: f64 = limits::GREATEST_INCIDENCE_DEG;
     /// Greatest angle by which the receiver may lean, degrees.
-    pub const GREATEST_LEAN_DEG: f64 = 80.0;
+    pub const GREATEST_LEAN_DEG: f64 = limits::GREATEST_LEAN_DEG;
 
     /// A bench with parallel light along the axis and a receiver window as large as the block.
     ///
@@ -181,17 +66,8 @@ impl Bench {
             ExitFace::Reflects => DVec3::NEG_Z,
         };
         let light = Light::Parallel { direction };
-        let receiver = Receiver::across(distance_mm);
-        Ok(Self {
-            block,
-            outline: Outline::Rectangle,
-            window: block,
-            window_centre_mm: DVec2::ZERO,
-            receiver,
-            exit_face,
-            light,
-            profile: None,
-        })
+        let receiver = Receiver::new(distance_mm, block);
+        Ok(Self { block, outline: Outline::Rectangle, receiver, exit_face, light, profile: None })
     }
 
     /// The same bench with a block of another outline within its extent.
@@ -215,15 +91,9 @@ impl Bench {
     ///
     /// # Errors
     /// A size outside of its limits.
-    pub fn with_window(mut self, window: Extent, centre_mm: DVec2) -> Result<Self, BenchError> {
-        length("the width of the window", window.width_mm, Self::SIZE_LIMITS_MM)?;
-        length("the height of the window", window.height_mm, Self::SIZE_LIMITS_MM)?;
-        let reach = Self::DISTANCE_LIMITS_MM.1;
-        length("the shift of the window along x", centre_mm.x, (-reach, reach))?;
-        length("the shift of the window along y", centre_mm.y, (-reach, reach))?;
-        self.window = window;
-        self.window_centre_mm = centre_mm;
-        Ok(self)
+    pub fn with_window(self, window: Extent, centre_mm: DVec2) -> Result<Self, BenchError> {
+        let receiver = self.receiver.with_window(window, centre_mm);
+        self.with_receiver(receiver)
     }
 
     /// The same bench with the receiver turned about its point on the axis by a rotation vector, radians. Places on it are then
@@ -231,21 +101,46 @@ impl Bench {
     ///
     /// # Errors
     /// A receiver that leans too far, or passes through the block.
-    pub fn with_receiver_turned(mut self, rotation: DVec3) -> Result<Self, BenchError> {
-        length("the angle by which the receiver is turned (radians)", rotation.length(), (0.0, std::f64::consts::PI))?;
-        self.receiver = self.receiver.turned(rotation);
-        let angle_deg = self.receiver.axes().z_axis.z.clamp(-1.0, 1.0).acos().to_degrees();
+    pub fn with_receiver_turned(self, rotation: DVec3) -> Result<Self, BenchError> {
+        let receiver = self.receiver.turned(rotation);
+        self.with_receiver(receiver)
+    }
+
+    /// The same bench with another receiver.
+    ///
+    /// # Errors
+    /// Those of [`check_receiver`](Self::check_receiver).
+    pub fn with_receiver(self, receiver: Receiver) -> Result<Self, BenchError> {
+        self.check_receiver(&receiver)?;
+        Ok(Self { receiver, ..self })
+    }
+
+    /// Refuses a receiver that cannot stand behind this block.
+    ///
+    /// # Errors
+    /// A distance or a size out of its limits, a receiver that leans too far or passes through the block.
+    pub fn check_receiver(&self, receiver: &Receiver) -> Result<(), BenchError> {
+        length("the distance to the receiver", receiver.distance_mm(), Self::DISTANCE_LIMITS_MM)?;
+        let (window, centre_mm) = (receiver.window(), receiver.window_centre_mm());
+        length("the width of the window", window.width_mm, Self::SIZE_LIMITS_MM)?;
+        length("the height of the window", window.height_mm, Self::SIZE_LIMITS_MM)?;
+        let reach = Self::DISTANCE_LIMITS_MM.1;
+        length("the shift of the window along x", centre_mm.x, (-reach, reach))?;
+        length("the shift of the window along y", centre_mm.y, (-reach, reach))?;
+        let angle = receiver.rotation().length();
+        length("the angle by which the receiver is turned (radians)", angle, (0.0, std::f64::consts::PI))?;
+        let angle_deg = receiver.axes().z_axis.z.clamp(-1.0, 1.0).acos().to_degrees();
         if angle_deg > Self::GREATEST_LEAN_DEG {
             return Err(BenchError::Lean { angle_deg });
         }
         for k in 0..4 {
             let at_mm = self.block.node(k % 2, k / 2, 2, 2);
-            let gap_mm = self.receiver.gap_mm(at_mm.extend(0.0));
+            let gap_mm = receiver.gap_mm(at_mm.extend(0.0));
             if gap_mm <= 0.0 {
                 return Err(BenchError::ReceiverCuts { at_mm, gap_mm });
             }
         }
-        Ok(self)
+        Ok(())
     }
 
     /// The same bench with light whose flux is spread unevenly over the block, besides what its geometry gives.
@@ -280,7 +175,7 @@ impl Bench {
         if !unit.is_finite() || towards.is_nan() || towards < 1e-3 {
             return Err(BenchError::Direction { direction });
         }
-        self.light = Light::Parallel { direction: unit };
+        (self.light, self.profile) = (Light::Parallel { direction: unit }, None);
         Ok(self)
     }
 
@@ -333,9 +228,9 @@ impl Bench {
                 }
             }
         }
-        self.light = Light::Point { position_mm, thickness_mm, intensity };
+        (self.light, self.profile) = (Light::Point { position_mm, thickness_mm, intensity }, None);
         // The angle is greatest at a corner.
-        let light = Incidence::of(&self);
+        let light = self.incidence();
         let corners = (0..4).map(|k| {
             let at_mm = self.block.node(k % 2, k / 2, 2, 2);
             let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
@@ -347,6 +242,26 @@ impl Bench {
             return Err(BenchError::Grazing { at_mm: worst.0, angle_deg: worst.1 });
         }
         Ok(self)
+    }
+
+    /// The light as it arrives at every point of the structured face.
+    pub(crate) fn incidence(&self) -> Incidence<'_> {
+        self.even_incidence().spread(self.profile())
+    }
+
+    /// The same without the profile.
+    pub(crate) fn even_incidence(&self) -> Incidence<'static> {
+        Incidence::even(self.light, self.exit_face, self.block)
+    }
+
+    /// The wave of its source, if the light comes from a point.
+    pub(crate) fn wave(&self) -> Option<PointWave> {
+        match self.light {
+            Light::Parallel { .. } => None,
+            Light::Point { position_mm, thickness_mm, intensity } => {
+                Some(PointWave::new((position_mm, thickness_mm), intensity, self.exit_face, self.block))
+            }
+        }
     }
 
     /// Size of the exit face.
@@ -366,12 +281,12 @@ impl Bench {
 
     /// Size of the picture on the receiver.
     pub fn window(&self) -> Extent {
-        self.window
+        self.receiver.window()
     }
 
     /// Centre of the picture on the receiver, mm from the axis of the block.
     pub fn window_centre_mm(&self) -> DVec2 {
-        self.window_centre_mm
+        self.receiver.window_centre_mm()
     }
 
     /// From the mean exit plane to the receiver along the axis, mm.
@@ -412,7 +327,7 @@ impl Bench {
     pub fn light_direction(&self) -> DVec3 {
         match self.light {
             Light::Parallel { direction } => direction,
-            Light::Point { .. } => Incidence::of(self).at(DVec3::ZERO).direction,
+            Light::Point { .. } => self.incidence().at(DVec3::ZERO).direction,
         }
     }
 }

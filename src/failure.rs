@@ -1,6 +1,9 @@
 //! What ends a study early: one error for files, requests, thresholds and meshes.
 
-use crate::export::ExportError;
+mod remedies;
+
+use crate::{export::ExportError, irradiance::PictureError};
+use remedies::Advised;
 use std::{error::Error, io, path::Path};
 
 /// What ends a study, or a command, early.
@@ -55,13 +58,25 @@ impl Failure {
 
     /// A request that another part of the library refuses.
     pub fn refused(error: impl Error + Send + Sync + 'static) -> Self {
-        Self::Refused(error.into())
+        Self::Refused(Advised::by_setting(error.into()))
     }
 
     /// An export that failed: the disk's fault or the request's.
     pub fn exporting(error: ExportError) -> Self {
         match error {
             ExportError::Write(error) => Self::writing(error),
+            refused => Self::refused(refused),
+        }
+    }
+
+    /// A picture that cannot be read, or that makes no target.
+    pub fn of_picture(path: &Path, error: PictureError) -> Self {
+        match error {
+            PictureError::Io(error) => Self::reading(path, error),
+            error if error.is_of_the_file() => {
+                let why = remedies::in_words(&error);
+                Self::Unreadable(format!("{} is not a readable picture: {why}", path.display()))
+            }
             refused => Self::refused(refused),
         }
     }

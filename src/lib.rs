@@ -29,11 +29,13 @@
 //! 1. [`irradiance`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
 //! 2. [`mod@bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
 //!    reflection at one face; [`materials`]: indices.
-//! 3. [`solver`]: what every solver takes and gives. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
+//! 3. [`solver`]: a [`Problem`](solver::Problem) goes in, a [`Solution`](solver::Solution) comes out, and
+//!    [`Progress`](solver::Progress) may end the work in between. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
 //!    as the paper prints it. [`optim`] and [`grid`] are their tools, [`forward`] closes their loops.
 //! 4. [`surface`]: heights, their spline, and [heights from normals](#heights-from-normals-alone).
-//! 5. [`pipeline`]: all of this in one call; [`memory`]: what it will take.
-//! 6. [`solid`]: the closed block; [`export`]: its files, which appear whole or not at all.
+//! 5. [`pipeline`]: all of this in one call; [`memory`]: an estimate of what it takes.
+//! 6. [`solid`]: the closed block, cut from a [`Blank`](solid::Blank); [`export`]: its files, which appear whole or not at all, or
+//!    their bytes.
 //! 7. [`fabricate`]: cutters and polish in simulation; [`report`]: pictures of what was found.
 //!
 //! The package `glasswarp-verify` opens the files and [traces light through them](#light-through-any-mesh).
@@ -56,11 +58,22 @@
 #![doc = include_str!("../examples/integrate_normals.rs")]
 //! ```
 //!
+//! # Where there are no files
+//!
+//! Without its default features the library reads pictures and meshes from bytes and writes blocks as bytes, and builds for
+//! `wasm32-unknown-unknown`: no stage uses a clock, files or threads of its own. The feature `files` adds what reads and writes by
+//! path, `svg` drawings as pictures, `cli` the command with the verifier and the report.
+//!
+//! Vectors are those of [`glam`], pictures of results those of [`image`]; both are re-exported, so that a caller has the same
+//! version.
+//!
 //! # Guarantees
 //!
 //! Every result is the same bits for any number of threads. Nothing that a caller passes makes the library panic, but what a
 //! `# Panics` section names. Errors are enums beside their stage, with the offending value, its limit and the remedy; most may grow
 //! (`non_exhaustive`). Stages are told to [`tracing`](https://docs.rs/tracing), which costs nothing as long as nobody listens.
+
+pub use {glam, image};
 
 pub mod bench;
 #[cfg(feature = "cli")]

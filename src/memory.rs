@@ -1,4 +1,4 @@
-//! How much memory a design, or a look at a file, will take, told before it is begun.
+//! An estimate of the memory that a design, or tracing a file, takes, made before it is begun.
 //!
 //! A model of the greatest resident size of `glasswarp design`, fitted to measured runs (docs/reliability.md has them). With `N` height
 //! nodes, `P` pixels of the picture, `R` cells of the receiver grid on which the transport solver works (about four for every pixel that
@@ -35,7 +35,7 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// By cells of the receiver, see [`Transport::receiver_cells`](crate::transport::Transport::receiver_cells).
+    /// By cells of the receiver, see [`TransportOptions::receiver_cells`](crate::transport::TransportOptions::receiver_cells).
     Transport {
         /// How many there are.
         cells: u64,

@@ -3,35 +3,35 @@
 use crate::{
     bench::{Bench, ExitFace},
     grid::{Contour, Extent, Field},
-    irradiance::TargetIrradiance,
-    light::Incidence,
     optics::Interface,
     optim::Summary,
-    solid::{Shape, Solid, SolidError, Stock},
-    solver::{Progress, SolveError, Solver},
+    solid::{Blank, Solid, SolidError},
+    solver::{Problem, Progress, SolveError, Solver},
     surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec2;
 
-/// A designed block.
+/// A block that was designed: the faces that were found, and the solid between them.
 #[derive(Clone, Debug)]
-pub struct Block {
+#[non_exhaustive]
+pub struct DesignedBlock {
     /// The exit face.
     pub surface: HeightField,
     /// The closed solid under it.
     pub solid: Solid,
-    /// Its light as the solver sees it, see [`Solution::light`](crate::solver::Solution::light).
-    pub light: Option<Field<f64>>,
+    /// Its light as the solver sees it, for every target, see [`Solution::light`](crate::solver::Solution::light).
+    pub light: Vec<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
 }
 
 /// Why there is no block.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DesignError {
     /// The number of nodes is out of range.
     #[error(
-        "{nodes} height nodes across make {nx} x {ny}; both must lie between {} and {}: change --nodes",
+        "{nodes} height nodes across make {nx} x {ny}; both must lie between {} and {}: ask for another number",
         LEAST_NODES,
         GREATEST_NODES
     )]
@@ -57,6 +57,11 @@ pub enum DesignError {
         /// The middle of them, mm.
         at_mm: DVec2,
     },
+    /// The solver gave the block a second structured face.
+    #[error(
+        "2 faces of the block are structured; solids are closed under 1, over a planar entry face: leave only the exit face free"
+    )]
+    EntryFace,
     /// The surface does not fit the stock.
     #[error(transparent)]
     Solid(#[from] SolidError),
@@ -99,39 +104,27 @@ pub fn default_nodes(pixels: usize) -> usize {
 /// Solves for the exit face and closes the solid under it.
 ///
 /// # Errors
-/// A number of nodes out of range along either side, a stock that cannot be, a picture that physics forbids on this bench, a
-/// relief that the stock does not hold.
+/// A number of nodes out of range along either side, a blank that cannot be, a problem that the solver does not do, a picture
+/// that physics forbids on this bench, a relief that the blank does not hold.
 pub fn design(
-    target: &TargetIrradiance,
-    bench: &Bench,
+    problem: &Problem<'_>,
     nodes: (usize, usize),
     solver: &dyn Solver,
-    stock: Stock,
+    blank: &Blank,
     progress: &dyn Progress,
-) -> Result<Block, DesignError> {
-    design_shaped(target, bench, nodes, solver, (stock, Shape::default()), progress)
-}
-
-/// The same with a rim or another origin.
-///
-/// # Errors
-/// Those of [`design`], and a rim that does not fit the face.
-pub fn design_shaped(
-    target: &TargetIrradiance,
-    bench: &Bench,
-    nodes: (usize, usize),
-    solver: &dyn Solver,
-    (stock, shape): (Stock, Shape),
-    progress: &dyn Progress,
-) -> Result<Block, DesignError> {
+) -> Result<DesignedBlock, DesignError> {
+    let bench = problem.bench();
     check_nodes(nodes)?;
-    stock.check().and_then(|()| shape.check(bench.block()))?;
+    blank.check(bench.block())?;
     let span = tracing::info_span!("solve", nx = nodes.0, ny = nodes.1);
-    let solution = span.in_scope(|| solver.solve(target, bench, nodes, progress))?;
+    let solution = span.in_scope(|| solver.solve(problem, nodes, progress))?;
     let _span = tracing::info_span!("close the solid").entered();
-    check_light_leaves(&solution.surface, bench)?;
-    let solid = Solid::shaped(&solution.surface, stock, shape)?;
-    Ok(Block { surface: solution.surface, solid, light: solution.light, summary: solution.summary })
+    if solution.entry.is_some() {
+        return Err(DesignError::EntryFace);
+    }
+    check_light_leaves(&solution.exit, bench)?;
+    let solid = Solid::shaped(&solution.exit, blank.stock, blank.shape)?;
+    Ok(DesignedBlock { surface: solution.exit, solid, light: solution.light, summary: solution.summary })
 }
 
 /// How far an exit face must go on beyond its border, on every side, so that all light that leaves by it enters an entry face as large
@@ -140,7 +133,7 @@ pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f6
     if bench.exit_face() == ExitFace::Reflects {
         return 0.0;
     }
-    let (heights, light) = (surface.heights_mm(), Incidence::of(bench));
+    let (heights, light) = (surface.heights_mm(), bench.incidence());
     let (nx, ny, extent) = (heights.nx(), heights.ny(), surface.extent());
     let entered = |at: DVec2, height_mm: f64| {
         let direction = light.at(at.extend(height_mm)).direction;
@@ -185,7 +178,7 @@ const MOST_TRAPPED: f64 = 0.01;
 
 fn check_light_leaves(surface: &HeightField, bench: &Bench) -> Result<(), DesignError> {
     let slopes = SurfaceSpline::through(surface).node_slopes();
-    let (nx, light) = (slopes.nx(), Incidence::of(bench));
+    let (nx, light) = (slopes.nx(), bench.incidence());
     let outline = surface.contour();
     let (mut trapped, mut within, mut sum) = (0_usize, 0_usize, DVec2::ZERO);
     for (k, &slope) in slopes.as_slice().iter().enumerate() {

@@ -12,7 +12,7 @@ use glasswarp::{
     irradiance::{Picture, TargetIrradiance, Transfer, to_picture_order},
     pipeline,
     solid::{Solid, Stock},
-    solver::{Silent, Solution, Solver},
+    solver::{Problem, Silent, Solution, Solver},
     surface::SurfaceSpline,
     transport::Transport,
     warp::{Warping, WarpingPaper},
@@ -74,7 +74,7 @@ fn bench() -> Bench {
 }
 
 fn solve(candidate: &Candidate) -> Solution {
-    candidate.solver.solve(&target(), &bench(), NODES, &Silent).unwrap()
+    candidate.solver.solve(&Problem::new(&bench(), &target()), NODES, &Silent).unwrap()
 }
 
 fn for_every_solver(check: impl Fn(&Candidate, &Solution)) {
@@ -94,7 +94,7 @@ fn correlation(a: &Field<f64>, b: &Field<f64>) -> f64 {
 #[test]
 fn all_light_arrives_in_the_window_and_none_is_trapped() {
     for_every_solver(|candidate, solution| {
-        let spline = SurfaceSpline::through(&solution.surface);
+        let spline = SurfaceSpline::through(&solution.exit);
         let caustic = irradiance(&spline, &bench(), Geometry::Displaced, (512, 512), (CELLS, CELLS));
         within_tenth_of(candidate.outside, caustic.outside, format_args!("{}: light that misses", candidate.name));
         assert_eq!(caustic.reflected, 0.0, "{}", candidate.name);
@@ -104,7 +104,7 @@ fn all_light_arrives_in_the_window_and_none_is_trapped() {
 #[test]
 fn the_border_of_the_block_lands_on_the_border_of_the_window() {
     for_every_solver(|candidate, solution| {
-        let mesh = photon_mesh(&SurfaceSpline::through(&solution.surface), &bench(), Geometry::Displaced, 129, 129);
+        let mesh = photon_mesh(&SurfaceSpline::through(&solution.exit), &bench(), Geometry::Displaced, 129, 129);
         let worst = (0..129)
             .flat_map(|k| {
                 [mesh[(0, k)].x + 50.0, mesh[(128, k)].x - 50.0, mesh[(k, 0)].y + 50.0, mesh[(k, 128)].y - 50.0]
@@ -118,7 +118,7 @@ fn the_border_of_the_block_lands_on_the_border_of_the_window() {
 fn the_picture_stands_upright_and_is_not_mirrored() {
     let target = target();
     for_every_solver(|candidate, solution| {
-        let spline = SurfaceSpline::through(&solution.surface);
+        let spline = SurfaceSpline::through(&solution.exit);
         let light = irradiance(&spline, &bench(), Geometry::Displaced, (512, 512), (CELLS, CELLS)).irradiance;
         let upright = correlation(&light, target.cells());
         assert!(upright > 0.9, "{}: correlation {upright}", candidate.name);
@@ -139,7 +139,7 @@ fn the_picture_stands_upright_and_is_not_mirrored() {
 fn the_exported_block_draws_the_picture_by_the_verifiers_judgement() {
     let folder = tempfile::tempdir().unwrap();
     for_every_solver(|candidate, solution| {
-        let solid = Solid::new(&solution.surface, Stock::thinnest_sheet()).unwrap();
+        let solid = Solid::new(&solution.exit, Stock::thinnest_sheet()).unwrap();
         let path = folder.path().join("block.stl");
         let design = Design { name: "f".into(), exit_face: bench().exit_face(), distance_mm: 250.0 };
         write_stl(&mut std::fs::File::create(&path).unwrap(), &solid, &design).unwrap();
@@ -158,7 +158,7 @@ fn the_exported_block_draws_the_picture_by_the_verifiers_judgement() {
 fn results_are_the_same_bits_on_any_number_of_threads() {
     for candidate in candidates() {
         let on = |threads: usize| {
-            rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| solve(&candidate).surface)
+            rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| solve(&candidate).exit)
         };
         assert!(on(1) == on(3), "{}", candidate.name);
     }
@@ -167,7 +167,7 @@ fn results_are_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn no_beam_is_folded_where_the_solver_does_not_say_so() {
     for_every_solver(|candidate, solution| {
-        let mesh = photon_mesh(&SurfaceSpline::through(&solution.surface), &bench(), Geometry::Displaced, 257, 257);
+        let mesh = photon_mesh(&SurfaceSpline::through(&solution.exit), &bench(), Geometry::Displaced, 257, 257);
         let mut folded = 0;
         for j in 0..256 {
             for i in 0..256 {
@@ -200,8 +200,13 @@ fn pictures_of_odd_sizes_and_any_aspect_make_blocks() {
             let block = Extent::new(80.0, 80.0 * ny as f64 / nx as f64);
             let bench = Bench::new(block, 600.0, ExitFace::Refracts { ior: 1.49 }).unwrap();
             let nodes = pipeline::node_grid(block, 65).unwrap();
-            let made =
-                pipeline::design(&target, &bench, nodes, candidate.solver.as_ref(), Stock::thinnest_sheet(), &Silent);
+            let made = pipeline::design(
+                &Problem::new(&bench, &target),
+                nodes,
+                candidate.solver.as_ref(),
+                &Stock::thinnest_sheet().into(),
+                &Silent,
+            );
             let made = made.unwrap_or_else(|error| panic!("{} on {nx} x {ny}: {error}", candidate.name));
             let spline = SurfaceSpline::through(&made.surface);
             let light = irradiance(&spline, &bench, Geometry::Displaced, (nx * 32, ny * 32), (nx, ny)).irradiance;

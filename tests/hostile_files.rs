@@ -198,7 +198,7 @@ fn exr_memory(length: usize) -> usize {
 const PICTURE_MEMORY: u64 = 32 << 20;
 
 fn read_within(bytes: &[u8]) -> Result<Picture, PictureError> {
-    let options = PictureOptions { memory: PICTURE_MEMORY, drawing_width: 64, ..PictureOptions::default() };
+    let options = PictureOptions::default().with_memory(PICTURE_MEMORY).with_drawing_width(64);
     options.read(Cursor::new(bytes)).map(|(picture, _)| picture)
 }
 

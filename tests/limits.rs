@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use glasswarp::{
-    bench::{Bench, BenchError, ExitFace},
+    bench::{Bench, BenchError, ExitFace, Receiver},
     export::StepTolerance,
     fabricate::{Cutter, Pass},
     grid::{Extent, Field, Outline},
@@ -10,7 +10,7 @@ use glasswarp::{
     light::Intensity,
     pipeline::{self, DesignError},
     solid::{Rim, Shape, Stock},
-    solver::{Silent, SolveError, Solver},
+    solver::{FreeFaces, Problem, Silent, SolveError, Solver},
     surface::Polish,
     transport::Transport,
     warp::{Warping, WarpingPaper},
@@ -129,21 +129,49 @@ fn angles_that_are_none_do_not_get_through() {
 }
 
 #[test]
+fn problems_of_more_faces_or_pictures_than_a_solver_finds_are_refused_with_the_limit() {
+    let target = TargetIrradiance::new(Field::filled(16, 16, 1.0)).unwrap();
+    let bench = Bench::new(Extent::new(100.0, 100.0), 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
+    let one = Problem::new(&bench, &target);
+    let far = Receiver::new(400.0, bench.window());
+    let two = one.clone().and_target(&target, far).unwrap();
+    assert_eq!((two.targets()[0].receiver, two.targets()[1].receiver), (*bench.receiver(), far));
+    let both = one.clone().with_free_faces(FreeFaces::EntryAndExit);
+    let solvers: [&dyn Solver; 3] = [&Transport::default(), &Warping::default(), &WarpingPaper::default()];
+    for solver in solvers {
+        let refused = solver.solve(&two, (33, 33), &Silent).unwrap_err();
+        assert!(matches!(refused, SolveError::Targets { targets: 2, limit: 1, .. }), "{refused}");
+        let refused = solver.solve(&both, (33, 33), &Silent).unwrap_err();
+        assert!(matches!(refused, SolveError::FreeFaces { faces: 2, limit: 1, .. }), "{refused}");
+    }
+    for bad in [Receiver::new(f64::NAN, bench.window()), far.turned(DVec3::new(1.5, 0.0, 0.0))] {
+        assert!(one.clone().and_target(&target, bad).is_err());
+    }
+}
+
+#[test]
 fn grids_that_hold_no_picture_are_refused_by_every_solver() {
     let target = TargetIrradiance::new(Field::from_fn(16, 16, |i, j| 1.0 + (i * j % 5) as f64)).unwrap();
     let bench = Bench::new(Extent::new(100.0, 100.0), 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
     let solvers: [&dyn Solver; 3] = [&Transport::default(), &Warping::default(), &WarpingPaper::default()];
     for solver in solvers {
         for nodes in [(0, 0), (1, 1), (3, 3), (4, 9), (0, 33), (33, 0), (usize::MAX, 9), (9, 1 << 40)] {
-            let refused = solver.solve(&target, &bench, nodes, &Silent).unwrap_err();
-            assert!(matches!(refused, SolveError::Unsupported { .. }), "{nodes:?}: {refused}");
+            let refused = solver.solve(&Problem::new(&bench, &target), nodes, &Silent).unwrap_err();
+            assert!(matches!(refused, SolveError::Nodes { .. }), "{nodes:?}: {refused}");
             let stock = Stock::thinnest_sheet();
-            let refused = pipeline::design(&target, &bench, nodes, solver, stock, &Silent).unwrap_err();
+            let refused =
+                pipeline::design(&Problem::new(&bench, &target), nodes, solver, &stock.into(), &Silent).unwrap_err();
             assert!(matches!(refused, DesignError::Nodes { .. }), "{nodes:?}: {refused}");
         }
         for thickness in [f64::NAN, 0.0, -3.0, f64::INFINITY] {
-            let refused = pipeline::design(&target, &bench, (33, 33), solver, Stock::of_thickness(thickness), &Silent)
-                .unwrap_err();
+            let refused = pipeline::design(
+                &Problem::new(&bench, &target),
+                (33, 33),
+                solver,
+                &Stock::of_thickness(thickness).into(),
+                &Silent,
+            )
+            .unwrap_err();
             assert!(matches!(refused, DesignError::Solid(_)), "{thickness}: {refused}");
         }
     }

@@ -123,7 +123,7 @@ fn edits_are_done_to_the_upright_picture() {
         rotate: Some("90deg".parse().unwrap()),
         ..Default::default()
     };
-    let options = PictureOptions { edits, ..PictureOptions::default() };
+    let options = PictureOptions::default().with_edits(edits);
     let upright = options.open(&folder().join("rgb8.png")).unwrap().0;
     for n in 1..=8 {
         for kind in ["png", "webp", "tif"] {
@@ -152,7 +152,7 @@ fn pictures_beyond_the_greatest_side_are_reduced_by_area() {
     encoder.set_color(png::ColorType::Grayscale);
     let data: Vec<u8> = (0..ny).flat_map(|j| (0..nx).map(move |i| value(i, j))).collect();
     encoder.write_header().unwrap().write_image_data(&data).unwrap();
-    let options = PictureOptions { memory: 4 << 20, ..PictureOptions::default() };
+    let options = PictureOptions::default().with_memory(4 << 20);
     let (picture, understood) = options.read(std::io::Cursor::new(&bytes)).unwrap();
     assert_eq!((picture.values().nx(), picture.values().ny()), (11_000, 5));
     let said = understood.line().unwrap();
@@ -165,7 +165,7 @@ fn pictures_beyond_the_greatest_side_are_reduced_by_area() {
         let mean = cells.iter().sum::<f64>() / cells.len() as f64;
         assert!((picture.values()[(i, j)] - mean).abs() < 1e-12, "{i}, {j}");
     }
-    let tight = PictureOptions { memory: 400_000, ..PictureOptions::default() };
+    let tight = PictureOptions::default().with_memory(400_000);
     let refused = tight.read(std::io::Cursor::new(&bytes)).unwrap_err().to_string();
     assert!(refused.contains("33000 x 13 pixels, which take"), "{refused}");
 }

@@ -246,18 +246,16 @@ impl Sample {
 
     /// The designer's reading.
     fn by_the_designer(&self, file: &[u8]) -> Result<Image, String> {
-        let options = PictureOptions {
-            transfer: self.transfer,
-            background: self.background.map(Background::of),
-            edits: Edits {
+        let options = PictureOptions::default()
+            .with_transfer(self.transfer)
+            .with_background(self.background.map(Background::of))
+            .with_edits(Edits {
                 crop: self.crop.map(|([x, y], [w, h])| format!("{x},{y},{w}%,{h}%").parse().unwrap()),
                 rotate: [None, Some(Rotation::Right), Some(Rotation::Half), Some(Rotation::Left)][self.quarters],
                 flip: self.flip.map(|up| if up { irradiance::Flip::Vertical } else { irradiance::Flip::Horizontal }),
                 levels: self.levels.map(|[black, white, gamma]| format!("{black},{white},{gamma}").parse().unwrap()),
                 invert: self.invert,
-            },
-            ..PictureOptions::default()
-        };
+            });
         let (picture, _) = options.read(Cursor::new(file)).map_err(|error| error.to_string())?;
         let vignette = self.vignette.map_or(Vignette::None, |soft| Vignette::Circle { soft });
         let framing = Framing::new(self.margin, vignette).map_err(|error| error.to_string())?;

@@ -1,31 +1,52 @@
-//! The receiver: a plane, across the axis or leaning.
+//! The receiver: a plane, across the axis or leaning, with a window for the picture.
 
 use crate::grid::Extent;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 /// The receiver plane, through the point `C = (0, 0, distance)` and turned about it by a rotation `R`. A place on it is given in its
-/// own coordinates `y`: the point `C + R (y, 0)` of the bench.
+/// own coordinates `y`: the point `C + R (y, 0)` of the bench. The picture is drawn in a window, a rectangle along these coordinates.
+///
+/// Nothing is checked here; a [bench](super::Bench::check_receiver) refuses what cannot stand behind its block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     distance_mm: f64,
     rotation: DVec3,
     axes: DMat3,
+    window: Extent,
+    window_centre_mm: DVec2,
 }
 
 impl Receiver {
-    /// A plane across the axis.
-    pub(super) fn across(distance_mm: f64) -> Self {
-        Self { distance_mm, rotation: DVec3::ZERO, axes: DMat3::IDENTITY }
+    /// A plane across the axis, at a distance from the mean exit plane, mm, with a window about the axis.
+    pub fn new(distance_mm: f64, window: Extent) -> Self {
+        Self { distance_mm, rotation: DVec3::ZERO, axes: DMat3::IDENTITY, window, window_centre_mm: DVec2::ZERO }
     }
 
-    /// The same plane, turned by a rotation vector, radians.
-    pub(super) fn turned(self, rotation: DVec3) -> Self {
+    /// The same plane with another window, by its size and its centre in the plane's coordinates, mm.
+    #[must_use]
+    pub fn with_window(self, window: Extent, centre_mm: DVec2) -> Self {
+        Self { window, window_centre_mm: centre_mm, ..self }
+    }
+
+    /// The same plane, turned to a rotation vector, radians.
+    #[must_use]
+    pub fn turned(self, rotation: DVec3) -> Self {
         Self { rotation, axes: DMat3::from_quat(DQuat::from_scaled_axis(rotation)), ..self }
     }
 
     /// Along the axis, from the mean exit plane, mm.
     pub fn distance_mm(&self) -> f64 {
         self.distance_mm
+    }
+
+    /// Size of the window.
+    pub fn window(&self) -> Extent {
+        self.window
+    }
+
+    /// Centre of the window in the plane's coordinates, mm.
+    pub fn window_centre_mm(&self) -> DVec2 {
+        self.window_centre_mm
     }
 
     /// How it is turned: a rotation vector, radians.

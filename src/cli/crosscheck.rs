@@ -12,7 +12,6 @@ use super::{
 use crate::{
     failure::Failure,
     record::document,
-    solver::Progress,
     spec::{Length, name_of},
     study::{
         bench::{exit_face_in_words, exit_face_of, scene_of},

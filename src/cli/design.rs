@@ -16,7 +16,7 @@ use crate::{
     fabricate::{Cutter, Pass},
     failure::Failure,
     optim::Termination,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     record::document,
     report::{
         FileRecord,
@@ -27,7 +27,6 @@ use crate::{
         write_png,
     },
     solid::Origin,
-    solver::Progress,
     spec::{
         self, Settings,
         mistakes::{self, is_toml},
@@ -191,7 +190,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
 fn draw(
     plan: &Plan,
     verification: Option<&DesignVerification<'_>>,
-    block: &Block,
+    block: &DesignedBlock,
     drawings: &BlockDrawings,
     output: &Path,
 ) -> Result<Vec<PathBuf>, Failure> {
@@ -224,7 +223,7 @@ pub(super) fn demand(
     unless_within(limit, error, "the caustic's", when)
 }
 
-fn solver_document(plan: &Plan, block: &Block, solved: Duration) -> document::Solver {
+fn solver_document(plan: &Plan, block: &DesignedBlock, solved: Duration) -> document::Solver {
     document::Solver {
         name: name_of(plan.solver),
         iterations: block.summary.iterations(),
@@ -234,7 +233,7 @@ fn solver_document(plan: &Plan, block: &Block, solved: Duration) -> document::So
     }
 }
 
-fn levels_at_limit(block: &Block) -> usize {
+fn levels_at_limit(block: &DesignedBlock) -> usize {
     block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
 }
 
@@ -298,7 +297,7 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
 }
 
 /// Prints what was made.
-fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &Block, solved: Duration, notes: &[String]) {
+fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &DesignedBlock, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
     say!("{}", list(outputs));
     if let Some(line) = plan.understood.line() {

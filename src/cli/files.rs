@@ -9,7 +9,7 @@ use crate::{
     fabricate::Cutter,
     failure::Failure,
     grid::Outline,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     record::{PictureRecord, SideFile},
     report::{pages::design::pictures, write_png},
     spec::Settings,
@@ -34,7 +34,7 @@ use std::{
 /// What is written of a design.
 pub(crate) struct Task<'a> {
     pub(crate) plan: &'a Plan,
-    pub(crate) block: &'a Block,
+    pub(crate) block: &'a DesignedBlock,
     pub(crate) outputs: &'a [PathBuf],
     /// The cutter for which height maps are offset.
     pub(crate) tip: Option<Cutter>,
@@ -213,7 +213,7 @@ fn make_one(
 }
 
 /// Writes a STEP file; returns how near its face is.
-fn write_step(plan: &Plan, output: &Path, block: &Block, design: &Design) -> Result<String, Failure> {
+fn write_step(plan: &Plan, output: &Path, block: &DesignedBlock, design: &Design) -> Result<String, Failure> {
     let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;

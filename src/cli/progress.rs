@@ -1,8 +1,9 @@
-use crate::solver::Progress;
+use crate::solver::{Event, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
     cell::RefCell,
     io::IsTerminal,
+    ops::ControlFlow,
     time::{Duration, Instant},
 };
 
@@ -32,7 +33,22 @@ impl Drop for TerminalProgress {
 }
 
 impl Progress for TerminalProgress {
-    fn begin(&self, stage: &str, steps: usize) {
+    fn report(&self, event: Event<'_>) -> ControlFlow<()> {
+        match event {
+            Event::Stage { name, steps } => self.begin(name, steps),
+            Event::Step { done } => self.advance(done),
+            _ => {}
+        }
+        ControlFlow::Continue(())
+    }
+
+    fn clock(&self) -> Duration {
+        self.began.elapsed()
+    }
+}
+
+impl TerminalProgress {
+    pub(crate) fn begin(&self, stage: &str, steps: usize) {
         self.finish();
         tracing::debug!(stage, steps, "begins");
         if !std::io::stderr().is_terminal() {
@@ -52,13 +68,9 @@ impl Progress for TerminalProgress {
         self.bar.replace(Some(bar));
     }
 
-    fn advance(&self, done: usize) {
+    pub(crate) fn advance(&self, done: usize) {
         if let Some(bar) = self.bar.borrow().as_ref() {
             bar.set_position(done as u64);
         }
-    }
-
-    fn clock(&self) -> Duration {
-        self.began.elapsed()
     }
 }

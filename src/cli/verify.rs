@@ -24,7 +24,6 @@ use crate::{
             found::FoundPage,
         },
     },
-    solver::Progress,
     spec::{Length, Range, Settings, TransferName},
     study::{
         bench::{bench_document, exit_face_in_words, exit_face_of},

@@ -8,6 +8,7 @@
 //! that it is cut from: without a cliff that a program would smooth into the picture, or that a tool would plunge down. Where the block is,
 //! the numbers say, and a [mask](HeightMap::mask).
 
+#[cfg(feature = "files")]
 use super::{WriteError, write_atomically};
 use crate::{
     fabricate::{Cutter, tool_offset},
@@ -20,8 +21,10 @@ use exr::prelude::{
 };
 use glam::DVec2;
 use image::{GrayImage, Luma};
+#[cfg(feature = "files")]
+use std::io::Write;
 use std::{
-    io::{self, Cursor, Write},
+    io::{self, Cursor},
     path::Path,
 };
 
@@ -56,9 +59,13 @@ pub enum HeightMapFormat {
 
 /// Why a height map was not written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum HeightMapError {
     /// The extension names no format.
-    #[error("{path:?} has {}; a height map is written as .png (16-bit) or .exr (32-bit)", super::found(extension))]
+    #[error(
+        "{path:?} has {}; a height map is written as .png (16-bit) or .exr (32-bit)",
+        super::format::found(extension)
+    )]
     Extension {
         /// The file that was asked for.
         path: String,
@@ -66,6 +73,7 @@ pub enum HeightMapError {
         extension: Option<String>,
     },
     /// The file could not be written.
+    #[cfg(feature = "files")]
     #[error(transparent)]
     Write(#[from] WriteError),
 }
@@ -192,13 +200,22 @@ impl HeightMap {
     ///
     /// # Errors
     /// An unknown extension, or a file that cannot be written.
+    #[cfg(feature = "files")]
     pub fn write(&self, path: &Path) -> Result<(), HeightMapError> {
-        let bytes = match HeightMapFormat::from_path(path)? {
-            HeightMapFormat::Png => self.png(),
-            HeightMapFormat::Exr => self.exr(),
-        };
+        let bytes = self.to_bytes(HeightMapFormat::from_path(path)?);
         write_atomically(path, |out| out.write_all(&bytes?))?;
         Ok(())
+    }
+
+    /// The map as the content of a file.
+    ///
+    /// # Errors
+    /// Those of the encoder.
+    pub fn to_bytes(&self, format: HeightMapFormat) -> io::Result<Vec<u8>> {
+        match format {
+            HeightMapFormat::Png => self.png(),
+            HeightMapFormat::Exr => self.exr(),
+        }
     }
 
     /// Heights in the order of pictures: rows from `+y` down.

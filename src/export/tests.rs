@@ -1,10 +1,14 @@
 use super::*;
 use crate::{
+    bench::ExitFace,
     grid::{Extent, Field},
-    solid::{Face, Stock},
+    solid::{Face, Solid, Stock},
     surface::HeightField,
 };
-use std::io::{Cursor, Write};
+use std::{
+    io::{self, Cursor, Write},
+    path::Path,
+};
 
 fn design() -> Design {
     Design { name: "Portrait é\nof 1865".to_owned(), exit_face: ExitFace::Refracts { ior: 1.49 }, distance_mm: 250.0 }

@@ -20,4 +20,4 @@ pub use drop::{Contact, DropCutter, tool_offset};
 pub use envelope::{Milled, SAMPLES_PER_ROW};
 pub use rows::{Direction, Pass, PassError, Rows, RowsCost};
 pub use scallop::Scallop;
-pub use shape::{Hollow, Shape};
+pub use shape::{FaceShape, Hollow};

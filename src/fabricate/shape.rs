@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 /// Principal curvatures and slopes of a face at its nodes; 0 at nodes beyond its outline.
 #[derive(Clone, Debug)]
-pub struct Shape {
+pub struct FaceShape {
     extent: Extent,
     hollow_per_mm: Field<f64>,
     slope: Field<f64>,
@@ -27,7 +27,7 @@ pub struct Hollow {
     pub at: DVec2,
 }
 
-impl Shape {
+impl FaceShape {
     /// Measures the spline through the nodes, at the nodes, between which its second derivatives are linear.
     pub fn of(surface: &HeightField) -> Self {
         Self::of_spline(surface, &SurfaceSpline::through(surface))
@@ -133,7 +133,7 @@ mod tests {
                 Field::from_fn(81, 65, |i, j| sign * -(900.0 - BLOCK.node(i, j, 81, 65).length_squared()).sqrt()),
             )
         };
-        let bowl = Shape::of(&sphere(1.0));
+        let bowl = FaceShape::of(&sphere(1.0));
         // Not-a-knot ends are exact for cubics only.
         for j in 4..61 {
             for i in 4..77 {
@@ -144,7 +144,7 @@ mod tests {
         let (at, slope) = bowl.steepest();
         assert!((at.abs() - DVec2::new(10.0, 8.0)).length() < 1e-9);
         within_tenth_of(1e-6, (slope - 164.0_f64.sqrt() / (900.0_f64 - 164.0).sqrt()).abs(), "slope");
-        assert_eq!(Shape::of(&sphere(-1.0)).sharpest().radius_mm, f64::INFINITY);
+        assert_eq!(FaceShape::of(&sphere(-1.0)).sharpest().radius_mm, f64::INFINITY);
     }
 
     #[test]
@@ -157,13 +157,13 @@ mod tests {
             let wall = contour.level(at).distance_mm - 2.4;
             -(900.0 - at.length_squared()).sqrt() + wall.max(0.0).powi(2)
         });
-        let disc = Shape::of(&HeightField::outlined(BLOCK, Outline::Circle, face.clone()));
+        let disc = FaceShape::of(&HeightField::outlined(BLOCK, Outline::Circle, face.clone()));
         within_tenth_of(9.3e-4, (disc.sharpest().radius_mm - 30.0).abs(), "sharpest radius");
         assert!(disc.sharper_than(31.0) == 1.0 && disc.sharper_than(29.0) == 0.0);
         assert!((disc.steepest().0.abs() - DVec2::new(10.0, 0.0)).length() < 1e-9);
         within_tenth_of(
             0.79,
-            Shape::of(&HeightField::new(BLOCK, face)).sharpest().radius_mm,
+            FaceShape::of(&HeightField::new(BLOCK, face)).sharpest().radius_mm,
             "sharpest radius of the whole",
         );
     }
@@ -175,7 +175,7 @@ mod tests {
             BLOCK,
             Field::from_fn(161, 129, |i, j| -(625.0 - BLOCK.node(i, j, 161, 129).dot(axis).powi(2)).sqrt()),
         );
-        let shape = Shape::of(&trough);
+        let shape = FaceShape::of(&trough);
         within_tenth_of(1.04e-4, (1.0 / shape.hollow_per_mm()[(60, 50)] - 25.0).abs(), "radius");
     }
 }

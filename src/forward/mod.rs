@@ -5,16 +5,10 @@
 
 mod splat;
 
-use crate::{
-    bench::Bench,
-    grid::Field,
-    light::{Incidence, Incoming},
-    optics::Interface,
-    surface::SurfaceSpline,
-};
+use crate::{bench::Bench, grid::Field, light::Incoming, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use splat::Film;
+use splat::{Corner, Film};
 
 /// Where on the block the light is taken to leave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +48,7 @@ pub struct Caustic {
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
 /// edge. Not finite where the light is totally reflected.
 pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
-    let (lattice, light) = (spline.lattice(nx, ny), Incidence::of(bench));
+    let (lattice, light) = (spline.lattice(nx, ny), bench.incidence());
     let mut mesh = vec![DVec2::ZERO; nx * ny];
     mesh.par_chunks_mut(nx).enumerate().for_each_init(Vec::new, |scratch, (j, out)| {
         lattice.row(j, scratch, |i, height, slope| {
@@ -78,7 +72,7 @@ pub fn irradiance(
     cells: (usize, usize),
 ) -> Caustic {
     let (nx, ny) = beams;
-    let (lattice, light) = (spline.lattice(nx + 1, ny + 1), Incidence::of(bench));
+    let (lattice, light) = (spline.lattice(nx + 1, ny + 1), bench.incidence());
     let scale = DVec2::new(cells.0 as f64, cells.1 as f64) / bench.window().as_vec();
     let origin = bench.window_centre_mm() + bench.window().lower();
     let (outline, beam) = (bench.contour(), bench.block().node_spacing(nx + 1, ny + 1));
@@ -167,13 +161,6 @@ pub(crate) fn triangles(bench: &Bench, beams: (usize, usize), (i, j): (usize, us
 
 /// Number of films; a constant, so that results do not depend on the number of threads.
 const BANDS: usize = 48;
-
-/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries per area of the mesh.
-#[derive(Clone, Copy)]
-struct Corner {
-    at: DVec2,
-    flux: f64,
-}
 
 /// Where the ray that leaves the block at `from` lands, mm; not finite if it is totally reflected.
 #[inline(always)]

@@ -1,5 +1,11 @@
-use super::Corner;
 use glam::DVec2;
+
+/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries per area of the mesh.
+#[derive(Clone, Copy)]
+pub(super) struct Corner {
+    pub(super) at: DVec2,
+    pub(super) flux: f64,
+}
 
 /// Part of the receiver on which a band of beams lands.
 ///

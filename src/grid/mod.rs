@@ -11,6 +11,7 @@ mod resample;
 
 pub use convolve::Convolution;
 pub use field::Field;
+pub(crate) use outline::cut_off;
 pub use outline::{Contour, Outline};
 pub use resample::{area_resample, bilinear_resample};
 

@@ -257,6 +257,22 @@ impl Contour {
     }
 }
 
+/// What is left of a convex polygon where it reaches no further than `reach` along a vector: Sutherland and Hodgman's cut by one line.
+pub(crate) fn cut_off(points: &[DVec2], along: DVec2, reach: f64) -> Vec<DVec2> {
+    let mut left = Vec::with_capacity(points.len() + 2);
+    for (k, &from) in points.iter().enumerate() {
+        let to = points[(k + 1) % points.len()];
+        let (a, b) = (along.dot(from) - reach, along.dot(to) - reach);
+        if a <= 0.0 {
+            left.push(from);
+        }
+        if a * b < 0.0 {
+            left.push(from.lerp(to, a / (a - b)));
+        }
+    }
+    left
+}
+
 /// Half of a chord at `beyond` above the beginning of an elliptical corner.
 fn chord(half: f64, radius: f64, beyond: f64, other: f64) -> f64 {
     if beyond <= 0.0 {

@@ -24,6 +24,7 @@
 use super::{Psf, TargetError, TargetIrradiance};
 use crate::grid::{Convolution, Field};
 use rayon::prelude::*;
+use std::ops::ControlFlow;
 
 /// What is taken to lie beyond the border of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,6 +38,7 @@ pub enum Border {
 
 /// Options of a deconvolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Deconvolution {
     /// Rounds at most, 1 to 1000; default 60.
     pub rounds: usize,
@@ -88,6 +90,7 @@ pub struct Deconvolved {
 
 /// Why nothing can be deconvolved.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DeconvolutionError {
     /// An option outside of its range.
     #[error("{what} of the deconvolution is {value}; it must lie between {least} and {greatest}")]
@@ -104,6 +107,9 @@ pub enum DeconvolutionError {
     /// What came out is no light.
     #[error(transparent)]
     Target(#[from] TargetError),
+    /// The caller wants no result any more.
+    #[error("the deconvolution was cancelled")]
+    Cancelled,
 }
 
 /// The picture counts as reached at this relative RMS difference.
@@ -116,6 +122,24 @@ const STALLED: f64 = 0.99;
 const DARK: f64 = 1e-12;
 
 impl Deconvolution {
+    /// The same with so many rounds at most.
+    #[must_use]
+    pub fn with_rounds(self, rounds: usize) -> Self {
+        Self { rounds, ..self }
+    }
+
+    /// The same with another border.
+    #[must_use]
+    pub fn with_border(self, border: Border) -> Self {
+        Self { border, ..self }
+    }
+
+    /// The same with other limits of the light to draw, relative to the mean.
+    #[must_use]
+    pub fn with_limits(self, least: f64, greatest: f64) -> Self {
+        Self { least, greatest, ..self }
+    }
+
     /// Checks the options.
     ///
     /// # Errors
@@ -138,18 +162,18 @@ impl Deconvolution {
     /// # Errors
     /// An option out of range.
     pub fn of(&self, wanted: &TargetIrradiance, psf: &Psf) -> Result<Deconvolved, DeconvolutionError> {
-        self.of_watched(wanted, psf, |_| {})
+        self.of_watched(wanted, psf, |_| ControlFlow::Continue(()))
     }
 
-    /// The same; `advance` is told how many rounds are done.
+    /// The same; `watch` is told how many rounds are done, and may end it.
     ///
     /// # Errors
-    /// An option out of range.
+    /// An option out of range, and [`DeconvolutionError::Cancelled`].
     pub fn of_watched(
         &self,
         wanted: &TargetIrradiance,
         psf: &Psf,
-        mut advance: impl FnMut(usize),
+        mut watch: impl FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Deconvolved, DeconvolutionError> {
         self.check()?;
         let cells = wanted.cells();
@@ -177,7 +201,9 @@ impl Deconvolution {
             let stride = STRIDE.min(self.rounds - rounds);
             (0..stride).for_each(|_| richardson.step());
             rounds += stride;
-            advance(rounds);
+            if watch(rounds).is_break() {
+                return Err(DeconvolutionError::Cancelled);
+            }
             let next = cut(&richardson.light, margins, (nx, ny)).map(|v| v.max(self.least.min(low)));
             let (now, _) = error(&next);
             if now > before {

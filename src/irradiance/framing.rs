@@ -28,13 +28,13 @@ pub struct Framing {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum FramingError {
     /// A margin out of range.
-    #[error("the margin is {margin} of the window; it must lie between 0 and {} (--margin)", Framing::GREATEST_MARGIN)]
+    #[error("the margin is {margin} of the window; it must lie between 0 and {}", Framing::GREATEST_MARGIN)]
     Margin {
         /// The refused share.
         margin: f64,
     },
     /// A soft edge out of range.
-    #[error("the vignette fades over {0} of its radius; it must lie between 0 and 1 (--vignette circle:SHARE)")]
+    #[error("the vignette fades over {0} of its radius; it must lie between 0 and 1")]
     Soft(f64),
 }
 

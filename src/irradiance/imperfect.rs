@@ -13,7 +13,7 @@
 
 use super::{
     Psf, PsfError, PsfPicture,
-    psf::{Shape, Spot, within},
+    psf::{Spot, SpotShape, within},
 };
 use crate::{
     bench::{Bench, ExitFace},
@@ -117,7 +117,7 @@ impl<'a> CentralRay<'a> {
         within("the roughness (standard deviation of the slope)", roughness, "rad", 0.0, GREATEST_ROUGHNESS)?;
         let light = self.bench.light_direction();
         let map = self.derivative(1e-5, |d| self.landing(light, self.slopes + d))?;
-        Ok(Spot::Shape(Shape::Gaussian, map * roughness))
+        Ok(Spot::Shape(SpotShape::Gaussian, map * roughness))
     }
 
     fn source_spot(&self, source: SourceSize) -> Result<Spot, PsfError> {
@@ -127,17 +127,17 @@ impl<'a> CentralRay<'a> {
                 within("the angular diameter of the source", diameter, "rad", 0.0, GREATEST_ANGLE)?;
                 let map = self
                     .derivative(1e-5, |d| self.landing(turned(self.bench.exit_face(), direction, d)?, self.slopes))?;
-                Ok(Spot::Shape(Shape::Disc, map * (0.5 * diameter).tan()))
+                Ok(Spot::Shape(SpotShape::Disc, map * (0.5 * diameter).tan()))
             }
             (SourceSize::Disc { diameter_mm }, Light::Point { .. }) => {
                 size("the diameter of the source", diameter_mm)?;
-                Ok(Spot::Shape(Shape::Disc, self.image_of_source()? * (0.5 * diameter_mm)))
+                Ok(Spot::Shape(SpotShape::Disc, self.image_of_source()? * (0.5 * diameter_mm)))
             }
             (SourceSize::Rectangle { width_mm, height_mm }, Light::Point { .. }) => {
                 size("the width of the source", width_mm)?;
                 size("the height of the source", height_mm)?;
                 let sides = DMat2::from_diagonal(DVec2::new(width_mm, height_mm));
-                Ok(Spot::Shape(Shape::Square, self.image_of_source()? * sides))
+                Ok(Spot::Shape(SpotShape::Square, self.image_of_source()? * sides))
             }
             (SourceSize::Angle { .. }, Light::Point { .. }) => Err(PsfError::SourceKind {
                 given: "an angle",

@@ -3,75 +3,44 @@
 
 mod canvas;
 mod colour;
+mod curve;
 mod decode;
 mod edits;
 mod error;
 mod exr;
+mod grey;
 mod kind;
+mod lightness;
 mod primaries;
 mod profile;
 mod sampling;
+mod sheet;
 #[cfg(feature = "svg")]
 mod svg;
 mod tiff;
+mod transfer;
 mod understood;
 
 pub use edits::{Background, Crop, EditError, Edits, Flip, Levels, Measure, Rotation};
 pub use error::PictureError;
+pub use grey::Picture;
+pub use transfer::Transfer;
 pub use understood::Understood;
 
-use crate::{grid::Field, irradiance::TargetIrradiance};
+use crate::grid::Field;
 use canvas::{Canvas, Orientation};
 use colour::Lamp;
 use kind::Kind;
-use primaries::REC_709;
-use std::{
-    fs::File,
-    io::{BufRead, BufReader, Seek},
-    path::Path,
-};
-
-/// How the numbers in a picture become light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Transfer {
-    /// Numbers are encoded for a screen (IEC 61966-2-1); the wall looks like the picture on that
-    /// screen.
-    Srgb,
-    /// Numbers are light already.
-    Linear,
-}
-
-impl Transfer {
-    /// Light of an encoded value, both on a 0..1 scale.
-    pub fn to_linear(self, value: f64) -> f64 {
-        match self {
-            Self::Linear => value,
-            Self::Srgb if value <= 0.04045 => value / 12.92,
-            Self::Srgb => ((value + 0.055) / 1.055).powf(2.4),
-        }
-    }
-
-    /// The inverse of [`to_linear`](Self::to_linear).
-    pub fn from_linear(self, light: f64) -> f64 {
-        match self {
-            Self::Linear => light,
-            Self::Srgb if light <= 0.003_130_8 => light * 12.92,
-            Self::Srgb => 1.055 * light.powf(1.0 / 2.4) - 0.055,
-        }
-    }
-}
-
-/// A grey-scale picture of linear light on a 0..1 scale, row 0 on top, as a viewer sees it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    values: Field<f64>,
-}
+use std::io::{BufRead, Seek};
+#[cfg(feature = "files")]
+use std::{fs::File, io::BufReader, path::Path};
 
 /// Bytes of a pixel as light.
 const LIGHT_BYTES: u64 = 8;
 
 /// How a picture is read.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PictureOptions {
     /// How numbers become light; else as the file says.
     pub transfer: Option<Transfer>,
@@ -101,11 +70,47 @@ impl Default for PictureOptions {
 }
 
 impl PictureOptions {
+    /// The same with this meaning of numbers in the place of what the file says.
+    #[must_use]
+    pub fn with_transfer(self, transfer: Option<Transfer>) -> Self {
+        Self { transfer, ..self }
+    }
+
+    /// The same with this light behind transparent parts.
+    #[must_use]
+    pub fn with_background(self, background: Option<Background>) -> Self {
+        Self { background, ..self }
+    }
+
+    /// The same with this layer of an OpenEXR file.
+    #[must_use]
+    pub fn with_layer(self, layer: Option<String>) -> Self {
+        Self { layer, ..self }
+    }
+
+    /// The same with these edits.
+    #[must_use]
+    pub fn with_edits(self, edits: Edits) -> Self {
+        Self { edits, ..self }
+    }
+
+    /// The same with so many pixels across of a drawing.
+    #[must_use]
+    pub fn with_drawing_width(self, pixels: usize) -> Self {
+        Self { drawing_width: pixels, ..self }
+    }
+
+    /// The same with so much memory at most, bytes.
+    #[must_use]
+    pub fn with_memory(self, bytes: u64) -> Self {
+        Self { memory: bytes, ..self }
+    }
+
     /// Reads a picture of any kind that is known, told by its content, and how it was understood.
     ///
     /// # Errors
-    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not
-    /// fit.
+    /// Those of [`read`](Self::read).
+    #[cfg(feature = "files")]
     pub fn open(&self, path: &Path) -> Result<(Picture, Understood), PictureError> {
         let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
         self.read(BufReader::with_capacity(kind::HEAD, File::open(path).map_err(PictureError::Io)?))
@@ -115,7 +120,8 @@ impl PictureOptions {
     /// take more memory than allowed is refused before it is decoded.
     ///
     /// # Errors
-    /// Those of [`open`](Self::open), and [`PictureError::Memory`].
+    /// A file that cannot be read or decoded, or holds values that are no light; edits that do not
+    /// fit; [`PictureError::Memory`].
     pub fn read(&self, mut file: impl BufRead + Seek) -> Result<(Picture, Understood), PictureError> {
         let head = file.fill_buf().map_err(PictureError::Io)?;
         let kind = Kind::of(&head[..head.len().min(kind::HEAD)])?;
@@ -208,7 +214,7 @@ impl PictureOptions {
     fn read_svg(&self, bytes: &[u8]) -> Result<(Field<f64>, Understood), PictureError> {
         let background = self.background.unwrap_or(Background::WHITE);
         let length = bytes.len() as u64;
-        let size = (self.drawing_width.max(TargetIrradiance::LEAST_CELLS), Picture::GREATEST_SIDE);
+        let size = (self.drawing_width.max(Picture::LEAST_SIDE), Picture::GREATEST_SIDE);
         let transfer = self.transfer.unwrap_or(Transfer::Srgb);
         let check = |size, needs: u64| self.check(size, needs.saturating_add(length));
         let raster = svg::read(bytes, size, (background, transfer), self.memory, &check)?;
@@ -235,7 +241,7 @@ impl PictureOptions {
 
     /// Whether a picture of this size may be read, which takes so many bytes besides its light.
     fn check(&self, (width, height): (usize, usize), needs: u64) -> Result<(), PictureError> {
-        let (least, greatest) = (TargetIrradiance::LEAST_CELLS, Picture::GREATEST_SIDE);
+        let (least, greatest) = (Picture::LEAST_SIDE, Picture::GREATEST_SIDE);
         let factor = Canvas::factor((width, height), greatest);
         let (nx, ny) = (width.div_ceil(factor), height.div_ceil(factor));
         if nx.min(ny) < least {
@@ -247,40 +253,14 @@ impl PictureOptions {
     }
 }
 
+#[cfg(feature = "files")]
 impl Picture {
-    /// Greatest number of pixels along a side; pictures with more are reduced as they are read.
-    pub const GREATEST_SIDE: usize = 16_384;
-    /// Memory that reading takes at most unless told otherwise, bytes: enough for the greatest
-    /// picture with 8 bits per colour and alpha.
-    pub const MEMORY: u64 = 4 << 30;
-
-    /// Takes linear light on a 0..1 scale, row 0 on top.
-    ///
-    /// # Errors
-    /// Values that are negative or not finite, or a picture too small or too large.
-    pub fn from_values(values: Field<f64>) -> Result<Self, PictureError> {
-        let (width, height) = (values.nx(), values.ny());
-        let (least, greatest) = (TargetIrradiance::LEAST_CELLS, Self::GREATEST_SIDE);
-        if width.min(height) < least || width.max(height) > greatest {
-            return Err(PictureError::Size { width, height, least, greatest });
-        }
-        match values.as_slice().iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-            Some(k) => Err(PictureError::Value { column: k % width, row: k / width, value: values.as_slice()[k] }),
-            None => Ok(Self { values }),
-        }
-    }
-
     /// Reads a picture as its file says, unless `transfer` says otherwise, without edits.
     ///
     /// # Errors
     /// Those of [`PictureOptions::open`].
     pub fn open(path: &Path, transfer: Option<Transfer>) -> Result<Self, PictureError> {
-        PictureOptions { transfer, ..PictureOptions::default() }.open(path).map(|(picture, _)| picture)
-    }
-
-    /// Linear light on a 0..1 scale, row 0 on top.
-    pub fn values(&self) -> &Field<f64> {
-        &self.values
+        PictureOptions::default().with_transfer(transfer).open(path).map(|(picture, _)| picture)
     }
 }
 

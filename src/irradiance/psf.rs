@@ -83,14 +83,14 @@ pub enum PsfError {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Spot {
     /// A shape in units of its own, turned into millimetres on the receiver by the matrix.
-    Shape(Shape, DMat2),
+    Shape(SpotShape, DMat2),
     /// A measured one.
     Picture(PsfPicture),
 }
 
 /// The shape of a spot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Shape {
+pub(crate) enum SpotShape {
     /// The evenly lit unit disc.
     Disc,
     /// The evenly lit square of side 1 about the origin.
@@ -237,7 +237,7 @@ impl Psf {
     }
 }
 
-impl Shape {
+impl SpotShape {
     /// Its radius, or half its side, in its own units.
     fn reach(self) -> f64 {
         match self {
@@ -261,7 +261,7 @@ impl Spot {
     /// Half of the size of the rectangle about its middle that holds it, mm.
     fn reach_mm(&self) -> DVec2 {
         match self {
-            Self::Shape(Shape::Square, map) => {
+            Self::Shape(SpotShape::Square, map) => {
                 0.5 * DVec2::new(map.row(0).abs().element_sum(), map.row(1).abs().element_sum())
             }
             Self::Shape(round, map) => round.reach() * DVec2::new(map.row(0).length(), map.row(1).length()),
@@ -291,7 +291,7 @@ impl Spot {
 }
 
 /// Spreads points of equal area over a shape, each over the four points of the lattice around it.
-fn draw_shape(lattice: &mut Field<f64>, shape: Shape, to_lattice: DMat2, reach: f64) {
+fn draw_shape(lattice: &mut Field<f64>, shape: SpotShape, to_lattice: DMat2, reach: f64) {
     let middle = DVec2::new((lattice.nx() / 2) as f64, (lattice.ny() / 2) as f64);
     let points = (2.0 * POINTS_PER_STEP * reach).clamp(POINTS.0, POINTS.1).ceil();
     for q in 0..points as usize {

@@ -18,7 +18,8 @@ pub trait Objective {
 
 /// When to stop, and how carefully to search. See [`minimise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Options {
+#[non_exhaustive]
+pub struct MinimiserOptions {
     /// Iterations at most; default 200.
     pub iteration_limit: usize,
     /// Converged when `|g| <= gradient_tolerance * |g_0|`, the norm at the start; default 1e-8, at least 0, below 1.
@@ -37,7 +38,7 @@ pub struct Options {
     pub curvature: f64,
 }
 
-impl Default for Options {
+impl Default for MinimiserOptions {
     fn default() -> Self {
         Self {
             iteration_limit: 200,
@@ -74,7 +75,7 @@ impl OptionError {
     }
 }
 
-impl Options {
+impl MinimiserOptions {
     /// Checks every option against its range.
     ///
     /// # Errors
@@ -117,7 +118,7 @@ const DECREASE_WINDOW: usize = 10;
 pub fn minimise(
     objective: &mut impl Objective,
     x: &mut Vec<f64>,
-    options: &Options,
+    options: &MinimiserOptions,
     mut watch: impl FnMut(usize, &Iteration) -> ControlFlow<()>,
 ) -> Result<Outcome, OptionError> {
     options.validate()?;
@@ -254,7 +255,7 @@ mod tests {
     #[test]
     fn the_valley_is_followed_to_its_end() {
         let mut x = [-1.2, 1.0].repeat(50);
-        let options = Options { iteration_limit: 500, ..Options::default() };
+        let options = MinimiserOptions { iteration_limit: 500, ..MinimiserOptions::default() };
         let outcome = minimise(&mut Valley(100), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!(outcome.termination, Termination::Converged);
         assert!(x.iter().all(|v| (v - 1.0).abs() < 1e-5), "{outcome:?}");
@@ -267,7 +268,7 @@ mod tests {
     fn a_parabola_converges_at_the_rate_of_conjugate_gradients() {
         // Bound 2 ((sqrt k - 1)/(sqrt k + 1))^m for the error with condition k = 400: below 1e-6 after 145 steps.
         let mut x = vec![0.0; 400];
-        let options = Options { iteration_limit: 145, decrease_tolerance: 0.0, ..Options::default() };
+        let options = MinimiserOptions { iteration_limit: 145, decrease_tolerance: 0.0, ..MinimiserOptions::default() };
         let outcome = minimise(&mut Bowl(400), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap();
         assert!(outcome.objective < 1e-6 * 400.0 * 401.0 / 4.0, "{}", outcome.objective);
         assert!(outcome.evaluations < 3 * outcome.iterations.len());
@@ -276,7 +277,7 @@ mod tests {
     #[test]
     fn the_limit_is_reported_and_bad_options_are_refused() {
         let mut x = vec![0.0; 400];
-        let options = Options { iteration_limit: 3, ..Options::default() };
+        let options = MinimiserOptions { iteration_limit: 3, ..MinimiserOptions::default() };
         let mut seen = 0;
         let outcome = minimise(&mut Bowl(400), &mut x, &options, |k, _| {
             seen = k;
@@ -284,7 +285,7 @@ mod tests {
         })
         .unwrap();
         assert_eq!((outcome.termination, seen), (Termination::IterationLimit, 3));
-        let options = Options { curvature: 0.9, ..Options::default() };
+        let options = MinimiserOptions { curvature: 0.9, ..MinimiserOptions::default() };
         let error = minimise(&mut Bowl(400), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap_err();
         assert_eq!((error.name, error.value), ("curvature", 0.9));
     }
@@ -293,14 +294,15 @@ mod tests {
     fn whoever_watches_may_end_it() {
         let mut x = vec![0.0; 400];
         let stop = |k: usize| if k == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let outcome = minimise(&mut Bowl(400), &mut x, &Options::default(), |k, _| stop(k)).unwrap();
+        let outcome = minimise(&mut Bowl(400), &mut x, &MinimiserOptions::default(), |k, _| stop(k)).unwrap();
         assert_eq!((outcome.termination, outcome.iterations.len()), (Termination::Cancelled, 3));
     }
 
     #[test]
     fn a_start_at_the_minimum_is_converged() {
         let mut x = vec![1.0; 10];
-        let outcome = minimise(&mut Bowl(10), &mut x, &Options::default(), |_, _| ControlFlow::Continue(())).unwrap();
+        let outcome =
+            minimise(&mut Bowl(10), &mut x, &MinimiserOptions::default(), |_, _| ControlFlow::Continue(())).unwrap();
         assert_eq!((outcome.termination, outcome.iterations.len()), (Termination::Converged, 0));
     }
 }

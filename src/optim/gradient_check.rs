@@ -2,25 +2,25 @@ use super::Objective;
 
 /// One component of a gradient beside its central difference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GradientCheck {
+pub(crate) struct GradientCheck {
     /// The variable.
-    pub variable: usize,
+    pub(crate) variable: usize,
     /// What the objective says.
-    pub analytic: f64,
+    pub(crate) analytic: f64,
     /// What the difference of two values says.
-    pub numeric: f64,
+    pub(crate) numeric: f64,
 }
 
 impl GradientCheck {
     /// Deviation relative to `scale`, the typical size of a component (a component may be 0 by symmetry).
-    pub fn relative_error(&self, scale: f64) -> f64 {
+    pub(crate) fn relative_error(&self, scale: f64) -> f64 {
         (self.analytic - self.numeric).abs() / scale
     }
 }
 
 /// Compares the gradient at `x` with differences of fourth order, `(8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h`, for the
 /// given variables.
-pub fn check_gradient(
+pub(crate) fn check_gradient(
     objective: &mut impl Objective,
     x: &[f64],
     variables: impl IntoIterator<Item = usize>,

@@ -23,20 +23,30 @@ pub use html::{Cost, Facts, FileRecord, Highlight, Model, Page, View, render, wr
 pub use isocontours::{Isocontours, contour_interval_mm};
 pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
 
+#[cfg(feature = "files")]
 use crate::export::{WriteError, write_atomically};
 use image::{GrayImage, ImageError, codecs::png::PngEncoder};
-use std::{io, path::Path};
+use std::io;
+#[cfg(feature = "files")]
+use std::path::Path;
 
-/// Writes a picture as PNG. The file appears whole or not at all.
+/// Writes a picture as a PNG file, which appears whole or not at all.
 ///
 /// # Errors
 /// A file that cannot be written.
+#[cfg(feature = "files")]
 pub fn write_png(path: &Path, picture: &GrayImage) -> Result<(), WriteError> {
-    write_atomically(path, |writer| {
-        picture.write_with_encoder(PngEncoder::new(writer)).map_err(|error| match error {
-            ImageError::IoError(error) => error,
-            other => io::Error::other(other),
-        })
+    write_atomically(path, |writer| encode_png(writer, picture))
+}
+
+/// Writes a picture as PNG to anything that takes bytes.
+///
+/// # Errors
+/// Those of the writer.
+pub fn encode_png(writer: &mut impl io::Write, picture: &GrayImage) -> io::Result<()> {
+    picture.write_with_encoder(PngEncoder::new(writer)).map_err(|error| match error {
+        ImageError::IoError(error) => error,
+        other => io::Error::other(other),
     })
 }
 

@@ -1,7 +1,9 @@
-use super::Solid;
+/// Most nodes of an exit face: twice as many triangles still have 32-bit numbers.
+pub(super) const MOST_NODES: usize = 1 << 30;
 
 /// Why a surface does not make a block.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SolidError {
     /// A node without a height.
     #[error("the height of the exit face at node ({i}, {j}) is {height_mm} mm; every height must be finite")]
@@ -14,10 +16,7 @@ pub enum SolidError {
         height_mm: f64,
     },
     /// More nodes than mesh files can number.
-    #[error(
-        "the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer (--nodes)",
-        Solid::MOST_NODES
-    )]
+    #[error("the exit face has {nx} x {ny} nodes; mesh files hold at most {} of them: ask for fewer", MOST_NODES)]
     TooManyNodes {
         /// Nodes along x.
         nx: usize,
@@ -26,7 +25,7 @@ pub enum SolidError {
     },
     /// Nodes that `f32` coordinates could not tell apart.
     #[error(
-        "the nodes are {spacing_mm} mm apart on a block of {size_mm} mm; the coordinates of mesh files need at least {least_mm:.1e} mm there: ask for fewer nodes (--nodes)"
+        "the nodes are {spacing_mm} mm apart on a block of {size_mm} mm; the coordinates of mesh files need at least {least_mm:.1e} mm there: ask for fewer nodes"
     )]
     TooFine {
         /// Distance of neighbours, mm.
@@ -37,9 +36,7 @@ pub enum SolidError {
         least_mm: f64,
     },
     /// A skirt that is none, or larger than the face.
-    #[error(
-        "the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm (--skirt)"
-    )]
+    #[error("the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm")]
     Skirt {
         /// Its width, mm.
         width_mm: f64,
@@ -60,7 +57,7 @@ pub enum SolidError {
     },
     /// The cutter would come out of the entry face, or near it.
     #[error(
-        "a stock of {thickness_mm} mm leaves {thinnest_mm:.2} mm at the thinnest place, because the relief is {relief_mm:.2} mm deep; at least {least_mm} mm must remain: take a thicker stock (--thickness {enough_mm}mm), or move the receiver further away to make the relief shallower"
+        "a stock of {thickness_mm} mm leaves {thinnest_mm:.2} mm at the thinnest place, because the relief is {relief_mm:.2} mm deep; at least {least_mm} mm must remain: take a stock of {enough_mm} mm, or move the receiver further away to make the relief shallower"
     )]
     TooThin {
         /// Thickness of the stock, mm.
@@ -76,7 +73,7 @@ pub enum SolidError {
     },
     /// No sheet is thick enough.
     #[error(
-        "the relief is {relief_mm:.2} mm deep and {least_mm} mm must remain, but the thickest standard sheet is {thickest_mm} mm: name a stock (--thickness), or move the receiver further away to make the relief shallower"
+        "the relief is {relief_mm:.2} mm deep and {least_mm} mm must remain, but the thickest standard sheet is {thickest_mm} mm: name a stock, or move the receiver further away to make the relief shallower"
     )]
     TooDeep {
         /// Peak to valley of the exit face, mm.
@@ -88,7 +85,7 @@ pub enum SolidError {
     },
     /// A rim too narrow to hold, or wider than the exit face.
     #[error(
-        "the rim is {width_mm} mm wide; it must lie between {least_mm} mm and {greatest_mm} mm, the shorter side of the exit face (--rim WIDTH,HEIGHT)"
+        "the rim is {width_mm} mm wide; it must lie between {least_mm} mm and {greatest_mm} mm, the shorter side of the exit face"
     )]
     RimWidth {
         /// Its width, mm.
@@ -100,7 +97,7 @@ pub enum SolidError {
     },
     /// A rim whose plane cuts the border of the exit face, or a flange without thickness.
     #[error(
-        "the plane of the rim lies {rise_mm} mm above the highest point of the exit face, and would meet the border of the face or the entry face: take at least {raised_mm:.2} mm for a rim that stands above the face, or {lowered_mm:.2} mm to {lowest_mm:.2} mm for a flange below it (--rim WIDTH,HEIGHT)"
+        "the plane of the rim lies {rise_mm} mm above the highest point of the exit face, and would meet the border of the face or the entry face: take at least {raised_mm:.2} mm for a rim that stands above the face, or {lowered_mm:.2} mm to {lowest_mm:.2} mm for a flange below it"
     )]
     RimHeight {
         /// Its plane above the highest point, mm.
@@ -114,7 +111,7 @@ pub enum SolidError {
     },
     /// A mark that the rim cannot hold.
     #[error(
-        "the mark cuts {mark_mm} mm off the corner of the rim; it must lie between {least_mm} mm and {greatest_mm} mm, the width of the rim (--mark)"
+        "the mark cuts {mark_mm} mm off the corner of the rim; it must lie between {least_mm} mm and {greatest_mm} mm, the width of the rim"
     )]
     Mark {
         /// Its length, mm.

@@ -18,86 +18,36 @@
 //! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
 //!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
 
+mod blank;
 mod check;
 mod close;
 mod error;
+mod face;
+mod nodes;
+mod ring;
 mod shape;
 mod stock;
 mod trim;
 mod walls;
 
+pub use blank::Blank;
 pub use check::{Fault, Invariants};
 pub(crate) use check::{cross, sub};
 pub use error::SolidError;
+pub use face::Face;
 pub use shape::{Origin, Rim, Shape};
 pub use stock::{STANDARD_SHEETS_MM, Stock};
 
 use crate::{
-    grid::{Contour, Extent, Field},
+    grid::{Contour, Extent, cut_off},
     surface::{HeightField, SurfaceSpline},
 };
-use close::Nodes;
+use face::{Diagonal, diagonals, normal_of};
 use glam::{DVec2, DVec3};
+use nodes::Nodes;
 use rayon::prelude::*;
+use ring::Trimmed;
 use std::ops::Range;
-use trim::Trimmed;
-
-/// One planar or structured side of the block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Face {
-    /// The structured face, `z = h(x, y)`.
-    Exit,
-    /// The plane that the light enters, facing `-z`.
-    Entry,
-    /// The wall facing `-y`.
-    South,
-    /// The wall facing `+x`.
-    East,
-    /// The wall facing `+y`.
-    North,
-    /// The wall facing `-x`.
-    West,
-    /// The plane around the exit face, facing `+z`.
-    Rim,
-    /// The wall around a block that is not rectangular.
-    Side,
-    /// The wall between the exit face of such a block and its rim.
-    Inner,
-    /// The wall that cuts off a corner of the rim, facing `+x` and `+y`.
-    Mark,
-}
-
-impl Face {
-    /// The four walls, counter-clockwise as seen from `+z`.
-    pub const WALLS: [Self; 4] = [Self::South, Self::East, Self::North, Self::West];
-
-    /// Outward unit normal; of the exit face, that of its mean plane. Of a wall all around there is none:
-    /// [`Solid::normal_at`] knows it.
-    pub const fn normal(self) -> [f32; 3] {
-        match self {
-            Self::Exit => [0.0, 0.0, 1.0],
-            Self::Entry => [0.0, 0.0, -1.0],
-            Self::South => [0.0, -1.0, 0.0],
-            Self::East => [1.0, 0.0, 0.0],
-            Self::North => [0.0, 1.0, 0.0],
-            Self::West => [-1.0, 0.0, 0.0],
-            Self::Rim => [0.0, 0.0, 1.0],
-            Self::Side | Self::Inner => [0.0; 3],
-            Self::Mark => [std::f32::consts::FRAC_1_SQRT_2, std::f32::consts::FRAC_1_SQRT_2, 0.0],
-        }
-    }
-
-    /// The wall that faces the other way.
-    const fn opposite(self) -> Self {
-        match self {
-            Self::South => Self::North,
-            Self::East => Self::West,
-            Self::North => Self::South,
-            Self::West => Self::East,
-            other => other,
-        }
-    }
-}
 
 /// A closed block of glass, mm: vertices as `f32`, counted from the origin of its [`Shape`]; triangles by number.
 ///
@@ -128,7 +78,7 @@ pub struct Solid {
 
 impl Solid {
     /// Most nodes of an exit face: twice as many triangles still have 32-bit numbers.
-    pub const MOST_NODES: usize = 1 << 30;
+    pub const MOST_NODES: usize = error::MOST_NODES;
     /// Least distance of neighbouring nodes, in units of the `f32` resolution at the border. Below about 2 nodes coincide;
     /// at 16 a facet's slope is still right to a few percent.
     const LEAST_STEPS: f64 = 16.0;
@@ -170,7 +120,7 @@ impl Solid {
             return Err(SolidError::NotFinite { i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
         }
         let spline = SurfaceSpline::through(&surface);
-        let border = if surface.contour().is_rectangle() { Vec::new() } else { trim::border(&surface, &spline) };
+        let border = if surface.contour().is_rectangle() { Vec::new() } else { ring::border(&surface, &spline) };
         let (low, high) = range_with(&surface, &border);
         let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
         let top = high + shape.rise_mm();
@@ -234,7 +184,7 @@ impl Solid {
         let border = if surface.contour().is_rectangle() {
             Vec::new()
         } else {
-            trim::border(surface, &SurfaceSpline::through(surface))
+            ring::border(surface, &SurfaceSpline::through(surface))
         };
         range_with(surface, &border).1
     }
@@ -339,18 +289,7 @@ impl Solid {
         let (curve, flat) = self.curve();
         let points = curve.polygon(1e-4 * self.stock_extent().as_vec().max_element());
         let Some((along, reach)) = flat else { return points };
-        let mut cut = Vec::with_capacity(points.len() + 2);
-        for (k, &from) in points.iter().enumerate() {
-            let to = points[(k + 1) % points.len()];
-            let (a, b) = (along.dot(from) - reach, along.dot(to) - reach);
-            if a <= 0.0 {
-                cut.push(from);
-            }
-            if a * b < 0.0 {
-                cut.push(from.lerp(to, a / (a - b)));
-            }
-        }
-        cut
+        cut_off(&points, along, reach)
     }
 
     /// The curve around the exit face as seen along the axis, if it is not rectangular.
@@ -453,54 +392,6 @@ impl Solid {
 /// Least and greatest height of a face and of the points of its outline, mm.
 fn range_with(surface: &HeightField, border: &[(DVec2, f64)]) -> (f64, f64) {
     border.iter().fold(surface.range_mm(), |(low, high), (_, z)| (low.min(*z), high.max(*z)))
-}
-
-/// Which corners of a cell a diagonal joins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Diagonal {
-    /// From least x and y to greatest x and y.
-    Rising,
-    /// From greatest x and least y to least x and greatest y.
-    Falling,
-}
-
-/// The diagonals of all cells, row by row: those along which the surface bends less.
-///
-/// The second derivatives along the two diagonals are `(h_xx + h_yy)/2 +- h_xy` (in units of the cell), so that the
-/// signs of Laplacian and twist decide.
-fn diagonals(heights: &Field<f64>) -> Vec<Diagonal> {
-    let (nx, ny) = (heights.nx(), heights.ny());
-    let of_cell = |i: usize, j: usize| {
-        // As the files have them.
-        let at = |i: usize, j: usize| f64::from(heights[(i, j)] as f32);
-        // Twice the second difference in the middle between nodes k and k + 1, from as many of the four nodes k - 1 to
-        // k + 2 as there are.
-        let bend = |k: usize, n: usize, h: &dyn Fn(usize) -> f64| {
-            let left = if k > 0 { h(k - 1) - 2.0 * h(k) + h(k + 1) } else { 0.0 };
-            let right = if k + 2 < n { h(k) - 2.0 * h(k + 1) + h(k + 2) } else { 0.0 };
-            if k > 0 && k + 2 < n { left + right } else { 2.0 * (left + right) }
-        };
-        let along_x = bend(i, nx, &|i| at(i, j)) + bend(i, nx, &|i| at(i, j + 1));
-        let along_y = bend(j, ny, &|j| at(i, j)) + bend(j, ny, &|j| at(i + 1, j));
-        let twist = (at(i + 1, j + 1) + at(i, j)) - (at(i + 1, j) + at(i, j + 1));
-        let rising_bends_more = (along_x + along_y) * twist;
-        if rising_bends_more < 0.0 {
-            Diagonal::Rising
-        } else if rising_bends_more > 0.0 {
-            Diagonal::Falling
-        } else if (2 * i + 2 > nx) == (2 * j + 2 > ny) {
-            Diagonal::Rising
-        } else {
-            Diagonal::Falling
-        }
-    };
-    (0..(nx - 1) * (ny - 1)).into_par_iter().with_min_len(nx).map(|k| of_cell(k % (nx - 1), k / (nx - 1))).collect()
-}
-
-/// Unit normal of a face of these slopes, towards `+z`.
-fn normal_of(slope: DVec2) -> [f32; 3] {
-    // `+ 0.0` turns a negative zero into a positive one.
-    (-slope.extend(-1.0)).normalize().as_vec3().to_array().map(|c| c + 0.0)
 }
 
 #[cfg(test)]

@@ -4,84 +4,13 @@
 //! node on the border of the whole cells has a foot on the curve, at the height of the spline; both go around in the same order, and
 //! the ring joins them. The chords between the feet are no longer than about a cell.
 
-use super::{Diagonal, Face, Solid};
-use crate::{
-    grid::Contour,
-    surface::{HeightField, SurfaceSpline},
+use super::{
+    Solid,
+    face::{Diagonal, Face, normal_of},
+    ring::{Trimmed, around, spans},
 };
+use crate::surface::SurfaceSpline;
 use glam::DVec2;
-use std::ops::Range;
-
-/// Least distance of a node from the outline, in spacings.
-const LEAST_DISTANCE: f64 = 0.25;
-
-/// An exit face that is no full grid.
-#[derive(Clone, Debug)]
-pub(super) struct Trimmed {
-    pub(super) vertices: Vec<[f32; 3]>,
-    pub(super) triangles: Vec<[u32; 3]>,
-    pub(super) normals: Vec<[f32; 3]>,
-    /// The vertices on the outline, counter-clockwise: the last ones.
-    pub(super) border: Range<u32>,
-}
-
-/// The columns of the whole cells of a row of cells.
-type Span = Range<usize>;
-
-/// Whole cells row by row; empty rows below and above.
-fn spans(contour: &Contour, (nx, ny): (usize, usize)) -> Vec<Span> {
-    let extent = contour.extent();
-    let margin = LEAST_DISTANCE * extent.node_spacing(nx, ny).min_element();
-    let kept = |i: usize, j: usize| contour.level(extent.node(i, j, nx, ny)).distance_mm <= -margin;
-    // Outlines are convex: the kept nodes of a row are contiguous.
-    let rows: Vec<Span> = (0..ny)
-        .map(|j| {
-            let first = (0..nx).find(|&i| kept(i, j)).unwrap_or(nx);
-            first..(first..nx).find(|&i| !kept(i, j)).unwrap_or(nx)
-        })
-        .collect();
-    rows.windows(2)
-        .map(|pair| {
-            let (begin, end) = (pair[0].start.max(pair[1].start), pair[0].end.min(pair[1].end));
-            if end > begin + 1 { begin..end - 1 } else { 0..0 }
-        })
-        .collect()
-}
-
-/// The nodes around the whole cells, counter-clockwise.
-fn around(spans: &[Span]) -> Vec<(usize, usize)> {
-    let Some(low) = spans.iter().position(|span| !span.is_empty()) else { return Vec::new() };
-    let high = spans.iter().rposition(|span| !span.is_empty()).unwrap_or(low);
-    let mut nodes: Vec<(usize, usize)> = Vec::new();
-    let walk = |nodes: &mut Vec<(usize, usize)>, to: (usize, usize)| {
-        while let Some(&(i, j)) = nodes.last().filter(|&&at| at != to) {
-            let towards = |a: usize, b: usize| if a < b { a + 1 } else { a - usize::from(a > b) };
-            nodes.push(if i == to.0 { (i, towards(j, to.1)) } else { (towards(i, to.0), j) });
-        }
-    };
-    nodes.push((spans[low].start, low));
-    for j in low..=high {
-        walk(&mut nodes, (spans[j].end, j));
-        walk(&mut nodes, (spans[j].end, j + 1));
-    }
-    for j in (low..=high).rev() {
-        walk(&mut nodes, (spans[j].start, j + 1));
-        walk(&mut nodes, (spans[j].start, j));
-    }
-    nodes.pop();
-    nodes
-}
-
-/// The points of the outline that the exit face of a block ends in, with their heights, mm.
-pub(super) fn border(surface: &HeightField, spline: &SurfaceSpline) -> Vec<(DVec2, f64)> {
-    let (contour, field) = (surface.contour(), surface.heights_mm());
-    let (nx, ny) = (field.nx(), field.ny());
-    around(&spans(&contour, (nx, ny)))
-        .into_iter()
-        .map(|(i, j)| contour.foot(surface.extent().node(i, j, nx, ny)))
-        .map(|at| (at, spline.sample(at).height_mm))
-        .collect()
-}
 
 impl Solid {
     /// The exit face within the outline.
@@ -101,7 +30,7 @@ impl Solid {
             *number = vertices.len() as u32;
             let (i, j) = (k % nx, k / nx);
             vertices.push([self.exit.x[i], self.exit.y[j], self.file_z(field[(i, j)])]);
-            normals.push(super::normal_of(slopes[(i, j)]));
+            normals.push(normal_of(slopes[(i, j)]));
         }
         let mut triangles = Vec::new();
         for (j, span) in spans.iter().enumerate() {
@@ -126,7 +55,7 @@ impl Solid {
             outer.push(known.unwrap_or(vertices.len()) as u32);
             if known.is_none() {
                 vertices.push(vertex);
-                normals.push(super::normal_of(spline.sample(at).slope));
+                normals.push(normal_of(spline.sample(at).slope));
             }
         }
         for k in 0..inner.len() {
@@ -250,8 +179,11 @@ const ON_FLAT_MM: f64 = 1e-3;
 mod tests {
     use super::super::{Origin, Rim, Shape, SolidError, Stock};
     use super::*;
-    use crate::grid::{Extent, Field, Outline};
-    use crate::measured::{at_worst, within_tenth_of};
+    use crate::{
+        grid::{Extent, Field, Outline},
+        measured::{at_worst, within_tenth_of},
+        surface::HeightField,
+    };
 
     fn surface(extent: Extent, outline: Outline, (nx, ny): (usize, usize)) -> HeightField {
         let h = |p: DVec2| 0.4 * (0.11 * p.x).sin() * (0.07 * p.y + 0.4).cos() + 0.002 * p.x * p.x;

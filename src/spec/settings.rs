@@ -271,15 +271,14 @@ impl Settings {
     /// How the picture is read, in at most so many bytes of memory, and what is done to it.
     pub fn picture_options(&self, memory: u64) -> PictureOptions {
         let Self { crop, rotate, flip, levels, .. } = *self;
-        PictureOptions {
-            transfer: self.transfer.map(Transfer::from),
-            background: self.background,
-            layer: self.layer.clone(),
-            edits: Edits { crop, rotate, flip, levels, invert: self.invert.unwrap_or(false) },
+        PictureOptions::default()
+            .with_transfer(self.transfer.map(Transfer::from))
+            .with_background(self.background)
+            .with_layer(self.layer.clone())
+            .with_edits(Edits { crop, rotate, flip, levels, invert: self.invert.unwrap_or(false) })
             // Two nodes a pixel are what a face can draw.
-            drawing_width: self.nodes.unwrap_or(DRAWING_NODES) / 2,
-            memory,
-        }
+            .with_drawing_width(self.nodes.unwrap_or(DRAWING_NODES) / 2)
+            .with_memory(memory)
     }
 
     /// The picture that a design file names.

@@ -113,7 +113,7 @@ fn open_beam(path: &Path, host: &dyn Host) -> Result<Picture, Failure> {
 
 /// A picture of light, whose numbers are linear; `what` says of what it is one.
 pub fn linear_picture(path: &Path, what: &str, host: &dyn Host) -> Result<Picture, Failure> {
-    let options = PictureOptions { transfer: Some(Transfer::Linear), ..PictureOptions::default() };
+    let options = PictureOptions::default().with_transfer(Some(Transfer::Linear));
     let read = host.read(path).map_err(PictureError::Io).and_then(|bytes| options.read(Cursor::new(bytes)));
     read.map(|(picture, _)| picture).map_err(|error| Failure::Io {
         what: format!("{} is no picture of a {what}", path.display()),

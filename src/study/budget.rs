@@ -141,7 +141,12 @@ pub fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgement) ->
 
 /// The light of a design as the solver itself casts it. `seen` is what it saw last, if it is that of this very face; otherwise it is
 /// cast again.
-pub fn own_light(block: &pipeline::Block, bench: &Bench, seen: Option<&Field<f64>>, examiner: &Examiner) -> Image {
+pub fn own_light(
+    block: &pipeline::DesignedBlock,
+    bench: &Bench,
+    seen: Option<&Field<f64>>,
+    examiner: &Examiner,
+) -> Image {
     let seen = seen.filter(|light| (light.nx(), light.ny()) == examiner.pixels());
     judge::image_of(&seen.cloned().unwrap_or_else(|| {
         let spline = SurfaceSpline::through(&block.surface);
@@ -168,7 +173,7 @@ impl<'a> Judged<'a> {
 /// The steps of a design as far as the file that is judged: what the solver saw, and the file as read back in every view. `views` are
 /// [those](views) of the file, and `judgement` was made of it.
 pub fn of_design(
-    block: &pipeline::Block,
+    block: &pipeline::DesignedBlock,
     own: Image,
     (judged, views): (&Judged<'_>, Vec<Image>),
     examiner: &Examiner,
@@ -233,7 +238,7 @@ impl Off {
 }
 
 /// How far the nodes of a block that was read back are from those of its design. `None` if it has others.
-fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
+fn off_nodes(design: &pipeline::DesignedBlock, found: &Subject) -> Option<Off> {
     let Subject::Block(found) = found else { return None };
     let face = design.solid.surface();
     let nodes = (face.heights_mm().nx(), face.heights_mm().ny());
@@ -246,7 +251,7 @@ fn off_nodes(design: &pipeline::Block, found: &Subject) -> Option<Off> {
 }
 
 /// The exit face of a design with all digits of its heights.
-pub fn double_precision(block: &pipeline::Block) -> Result<Subject, Failure> {
+pub fn double_precision(block: &pipeline::DesignedBlock) -> Result<Subject, Failure> {
     let solid = &block.solid;
     let place = "the height field";
     match solid.rim_z_mm() {

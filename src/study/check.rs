@@ -8,7 +8,7 @@ use super::{
     workpiece::surface_of,
 };
 use crate::{
-    fabricate::{Cutter, Pass, Scallop, Shape},
+    fabricate::{Cutter, FaceShape, Pass, Scallop},
     failure::Failure,
     pipeline,
     record::{SideFile, document},
@@ -73,7 +73,7 @@ pub struct CheckStudy {
     /// The verdict.
     pub lines: Vec<CheckLine>,
     /// What the face asks of a cutter.
-    pub shape: Shape,
+    pub shape: FaceShape,
 }
 
 impl CheckStudy {
@@ -83,7 +83,7 @@ impl CheckStudy {
     /// A cutter that does not fit the block, a bench that cannot be.
     pub fn of(subject: &Makeable, shop: &Shop) -> Result<Self, Failure> {
         Pass::finishing(shop.cutter, shop.step_over_mm).check(subject.surface.extent()).map_err(Failure::refused)?;
-        let shape = Shape::of(&subject.surface);
+        let shape = FaceShape::of(&subject.surface);
         Ok(Self { lines: lines(shop, subject, &shape)?, shape })
     }
 
@@ -115,7 +115,7 @@ impl Makeable {
     ///
     /// # Errors
     /// A design that makes no block.
-    pub fn of_design(plan: &Plan, design: pipeline::Block) -> Result<Self, Failure> {
+    pub fn of_design(plan: &Plan, design: pipeline::DesignedBlock) -> Result<Self, Failure> {
         let judge::Subject::Block(found) = double_precision(&design)? else {
             return Err(Failure::Usage("the design makes no block".into()));
         };
@@ -133,7 +133,7 @@ fn place(at: DVec2) -> String {
     format!("x = {:.1} mm, y = {:.1} mm", at.x, at.y)
 }
 
-fn lines(shop: &Shop, subject: &Makeable, shape: &Shape) -> Result<Vec<CheckLine>, Failure> {
+fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<CheckLine>, Failure> {
     let Shop { cutter, polish, .. } = shop;
     let pass = Pass::finishing(*cutter, shop.step_over_mm);
     let extent = subject.surface.extent();

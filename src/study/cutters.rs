@@ -2,6 +2,7 @@
 
 use super::{
     mill::{mill, polished},
+    progress::{advance, begin},
     workpiece::{Workpiece, view_milled},
 };
 use crate::{
@@ -60,7 +61,7 @@ pub fn cheapest(
     progress: &dyn Progress,
     mut tried: impl FnMut(&CutterTrial),
 ) -> Result<Result<Pass, f64>, Failure> {
-    progress.begin("trying cutters", list.cutter.len());
+    begin(progress, "trying cutters", list.cutter.len())?;
     let mut chosen: Option<(f64, Pass)> = None;
     let mut least = f64::INFINITY;
     for (k, entry) in list.cutter.iter().enumerate() {
@@ -100,7 +101,7 @@ pub fn cheapest(
         }
         let name = entry.name.clone().unwrap_or_else(|| entry.cutter.to_string());
         tried(&CutterTrial { name, best });
-        progress.advance(k + 1);
+        advance(progress, k + 1)?;
     }
     Ok(chosen.map(|(_, pass)| pass).ok_or(least))
 }

@@ -13,13 +13,13 @@ use crate::{
     irradiance::{TargetIrradiance, Understood},
     light::Light,
     memory::Method,
-    pipeline::{self, Block, DesignError},
+    pipeline::{self, DesignError, DesignedBlock},
     record::document,
-    solid::{Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
-    solver::{Progress, Silent, SolveError, Solver},
+    solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
+    solver::{Problem, Progress, Silent, SolveError, Solver},
     spec::{DRAWING_NODES, Host, QualityName, Settings, SolverName, TransferName, name_of},
     surface::HeightField,
-    transport::{Options, Quality, Transport},
+    transport::{Quality, Transport, TransportOptions},
     warp::{Warping, WarpingPaper},
 };
 use glam::DVec2;
@@ -145,7 +145,7 @@ impl Plan {
     }
 
     /// A block of this plan for programs.
-    pub fn document(&self, block: &Block) -> document::Block {
+    pub fn document(&self, block: &DesignedBlock) -> document::Block {
         let extent = block.solid.surface().extent();
         document::Block {
             width_mm: extent.width_mm,
@@ -160,10 +160,10 @@ impl Plan {
     /// A draft of the face.
     fn draft(&mut self, aspect: f64, host: &dyn Host) -> Result<HeightField, Failure> {
         let nodes = pipeline::node_grid(self.bench.block(), self.nodes.0.min(DRAFT_NODES)).map_err(Failure::refused)?;
-        let solver = Transport { options: Options { quality: Quality::Draft, ..Options::default() } };
+        let solver = Transport::draft();
         let mut thickness_mm = NOMINAL_MM;
         loop {
-            match solver.solve(&self.target, &self.bench, nodes, &Silent) {
+            match solver.solve(&Problem::new(&self.bench, &self.target), nodes, &Silent) {
                 // A sheet that nobody chose may be thicker.
                 Err(SolveError::ReachesLight { .. })
                     if self.settings.thickness.is_none()
@@ -172,7 +172,7 @@ impl Plan {
                     thickness_mm *= 2.0;
                     self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
                 }
-                solved => return Ok(solved.map_err(Failure::refused)?.surface),
+                solved => return Ok(solved.map_err(Failure::refused)?.exit),
             }
         }
     }
@@ -231,14 +231,13 @@ impl Plan {
     }
 
     /// Solves for the block.
-    pub fn design(&self, progress: &dyn Progress) -> Result<Block, Failure> {
+    pub fn design(&self, progress: &dyn Progress) -> Result<DesignedBlock, Failure> {
         let solver = self.solver()?;
-        pipeline::design_shaped(
-            &self.requirements.solver,
-            &self.bench,
+        pipeline::design(
+            &Problem::new(&self.bench, &self.requirements.solver),
             self.nodes,
             solver.as_ref(),
-            (self.stock, self.shape),
+            &Blank::new(self.stock).with_shape(self.shape),
             progress,
         )
         .map(|mut block| {
@@ -252,8 +251,8 @@ impl Plan {
     pub fn memory_of_solver(&self, pixels: (usize, usize), nodes: (usize, usize)) -> Method {
         match self.solver {
             SolverName::Transport => {
-                let options = Options { quality: self.quality(), ..Options::default() };
-                Method::transport(Transport { options }.receiver_cells(pixels, nodes))
+                let options = TransportOptions::new(self.quality());
+                Method::transport(options.receiver_cells(pixels, nodes))
             }
             SolverName::Warping | SolverName::WarpingPaper => Method::Warping,
         }
@@ -284,17 +283,13 @@ impl Plan {
         }
         Ok(match self.solver {
             SolverName::Transport => {
-                let options = Options {
-                    quality: self.quality(),
-                    finish: finish.and_then(|finish| finish.polish),
-                    // A face without sharper hollows is what the cutter leaves of it.
-                    min_radius_mm: min_radius
-                        .map(|length| length.mm)
-                        .or(finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm())),
-                    ..Options::default()
-                };
-                options.validate().map_err(Failure::refused)?;
-                Box::new(Transport { options })
+                let mut options = TransportOptions::new(self.quality());
+                options.finish = finish.and_then(|finish| finish.polish);
+                // A face without sharper hollows is what the cutter leaves of it.
+                options.min_radius_mm = min_radius
+                    .map(|length| length.mm)
+                    .or(finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm()));
+                Box::new(Transport::new(options).map_err(Failure::refused)?)
             }
             SolverName::Warping => Box::new(match &self.requirements.mesh {
                 Some(mesh) => Warping::default().onto(Arc::clone(mesh)),

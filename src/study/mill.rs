@@ -4,6 +4,7 @@ use super::{
     bench::exit_face,
     changed::deflection_mm,
     design::shape,
+    progress::{advance, begin},
     workpiece::{View, Workpiece, view_milled},
 };
 use crate::{
@@ -60,25 +61,25 @@ impl MillStudy {
     /// A pass that does not fit the block.
     pub fn of(piece: &Workpiece, pass: Pass, polish: Option<Polish>, progress: &dyn Progress) -> Result<Self, Failure> {
         pass.check(piece.surface.extent()).map_err(Failure::refused)?;
-        progress.begin("milling and tracing", 2 + 2 * usize::from(polish.is_some()));
+        begin(progress, "milling and tracing", 2 + 2 * usize::from(polish.is_some()))?;
         let step = |name: &str, surface: HeightField| -> Result<MillStep, Failure> {
             Ok(MillStep { name: name.into(), view: piece.view(&surface)?, surface })
         };
         let mut steps = vec![step("as designed", piece.surface.clone())?];
-        progress.advance(1);
+        advance(progress, 1)?;
         let milled = mill(&piece.surface, &pass)?;
         let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
         let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
         steps.push(MillStep { name, view, surface });
-        progress.advance(2);
+        advance(progress, 2)?;
         if let Some(polish) = polish {
             let name = format!("and polished, sigma {} mm", polish.sigma_mm());
             steps.push(step(&name, polished(&steps[1].surface, &piece.surface, polish))?);
-            progress.advance(3);
+            advance(progress, 3)?;
             // The same polish without scallops tells what costs what.
             let alone = format!("polished alone, sigma {} mm", polish.sigma_mm());
             steps.insert(1, step(&alone, polish.polished(&piece.surface))?);
-            progress.advance(4);
+            advance(progress, 4)?;
         }
         let scallop = Scallop::of(pass.cutter, pass.step_over_mm);
         let deflected = |scallop: Scallop| {

@@ -21,6 +21,7 @@ mod lamp;
 pub mod material;
 pub mod mill;
 pub mod placement;
+mod progress;
 pub mod requirements;
 pub mod side_record;
 pub mod sweep;

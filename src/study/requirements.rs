@@ -1,16 +1,19 @@
 //! What the light of a block shall be: the picture as the designer reads it, and what becomes of it for
 //! light that is not perfect and for caustic meshes.
 
-use super::bench::{bench_of, linear_picture};
+use super::{
+    bench::{bench_of, linear_picture},
+    progress::begin,
+};
 use crate::{
     bench::Bench,
     failure::Failure,
     irradiance::{
-        Border, CausticMesh, Deconvolution, Deconvolved, ImperfectLight, PictureError, Psf, PsfPicture, SourceSize,
-        TargetIrradiance, Understood, to_picture_order,
+        Border, CausticMesh, CausticMeshError, Deconvolution, Deconvolved, ImperfectLight, PictureError, Psf,
+        PsfPicture, SourceSize, TargetIrradiance, Understood, to_picture_order,
     },
     record::SideFile,
-    solver::Progress,
+    solver::{Event, Progress},
     spec::{DeconvolutionName, Host, Roughness, Settings, SolverName, SpeckFile, name_of},
 };
 use std::{io::Cursor, path::Path, sync::Arc};
@@ -35,22 +38,11 @@ pub fn open_understood(
     let _span = tracing::info_span!("read the picture", file = %path.display()).entered();
     let options = settings.picture_options(host.picture_memory());
     let read = host.read(path).map_err(PictureError::Io).and_then(|bytes| options.read(Cursor::new(bytes)));
-    let (picture, understood) = read.map_err(|error| unreadable(path, error))?;
+    let (picture, understood) = read.map_err(|error| Failure::of_picture(path, error))?;
     let picture = settings.framing()?.apply(&picture).map_err(Failure::refused)?;
     let warning = understood.contrast(&picture).map_err(Failure::refused)?;
     let target = TargetIrradiance::from_picture(&picture, offset).map_err(Failure::refused)?;
     Ok((target, understood, warning))
-}
-
-/// The kind of a failure: a file that cannot be read is another matter than one that makes no target.
-pub fn unreadable(path: &Path, error: PictureError) -> Failure {
-    match error {
-        PictureError::Io(error) => Failure::reading(path, error),
-        error if error.is_of_the_file() => {
-            Failure::Unreadable(format!("{} is not a readable picture: {error}", path.display()))
-        }
-        refused => Failure::refused(refused),
-    }
 }
 
 /// Opens the picture of a speck of light.
@@ -78,7 +70,10 @@ fn caustic_mesh(settings: &Settings, bench: &Bench, host: &dyn Host) -> Result<O
             name_of(solver)
         )));
     }
-    let mesh = CausticMesh::read(&host.bytes(path)?, path).map_err(Failure::refused)?;
+    let mesh = CausticMesh::read(&host.bytes(path)?[..]).map_err(|error| match error {
+        CausticMeshError::Parse(source) => Failure::refused(CausticMeshError::Read { path: path.clone(), source }),
+        other => Failure::refused(other),
+    })?;
     mesh.check(bench).map_err(Failure::refused)?;
     Ok(Some(Arc::new(mesh)))
 }
@@ -129,9 +124,9 @@ impl Requirements {
         let deconvolved = match (&psf, border) {
             (Some(psf), Some(border)) => {
                 let rounds = settings.deconvolution_rounds.unwrap_or(usual.rounds);
-                progress.begin("making up for the spread of the light", rounds);
-                let options = Deconvolution { rounds, border, ..usual };
-                let done = options.of_watched(&picture, psf, |done| progress.advance(done));
+                begin(progress, "making up for the spread of the light", rounds)?;
+                let options = usual.with_rounds(rounds).with_border(border);
+                let done = options.of_watched(&picture, psf, |done| progress.report(Event::Step { done }));
                 Some(done.map_err(Failure::refused)?)
             }
             _ => None,

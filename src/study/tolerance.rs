@@ -3,6 +3,7 @@
 use super::{
     bench::first_met,
     changed::{Followed, follow_picture},
+    progress::{advance, begin},
     workpiece::{View, Workpiece, with_face},
 };
 use crate::{failure::Failure, grid::Field, record::document, solver::Progress, spec::Settings, surface::HeightField};
@@ -204,16 +205,16 @@ impl DesignedBench<'_> {
                 &[]
             }
         };
-        progress.begin("tracing tolerances", changes.len() + lights.len() + 1);
+        begin(progress, "tracing tolerances", changes.len() + lights.len() + 1)?;
         let mut cases = Vec::new();
         for change in changes {
             cases.push(self.case(change, &designed)?);
-            progress.advance(cases.len());
+            advance(progress, cases.len())?;
         }
         for &diameter in lights {
             let view = self.compared(self.extended_light(diameter)?, &designed)?;
             cases.push(ToleranceCase { name: format!("light {diameter} degrees across"), view, place: Place::SAME });
-            progress.advance(cases.len());
+            advance(progress, cases.len())?;
         }
         let focus = self.focus(designed.metrics.rel_rms, tolerances.focus_error);
         Ok(ToleranceStudy { designed, cases, left_out, focus, distance_mm: self.scene.distance_mm })

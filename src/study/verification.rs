@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     failure::Failure,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     record::BenchRecord,
     spec::{Host, Settings},
 };
@@ -50,7 +50,7 @@ impl<'a> DesignVerification<'a> {
     pub fn of(
         plan: &Plan,
         target: &TargetLight,
-        block: &Block,
+        block: &DesignedBlock,
         (name, bench, settings): (&'a str, &BenchRecord, &Settings),
         mesh: impl FnOnce() -> Option<Mesh>,
         host: &dyn Host,
@@ -58,7 +58,7 @@ impl<'a> DesignVerification<'a> {
         let scene = scene_of(bench, settings, host)?;
         let examiner = Examiner::new(scene.clone(), Some(target.in_perfect_light()), PIXELS);
         // What the solver saw after a finish is not the light of the face as it is.
-        let own = block.light.as_ref().filter(|_| plan.settings.finish.is_none());
+        let own = block.light.first().filter(|_| plan.settings.finish.is_none());
         let own = budget::own_light(block, &plan.bench, own, &examiner);
         let Some(mesh) = mesh() else { return Ok(None) };
         let judged = Judged::of(mesh, name)?;

@@ -1,9 +1,10 @@
 //! Clamped cubic B-splines along one side of a face, and the least-squares fit with them: one sweep of banded Cholesky.
 
-use super::DEGREE;
 use crate::grid::Field;
 use rayon::prelude::*;
 
+/// Degree of the surface.
+pub const DEGREE: usize = 3;
 /// B-splines that do not vanish at a point.
 pub(super) const ORDER: usize = DEGREE + 1;
 

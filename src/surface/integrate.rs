@@ -98,45 +98,6 @@ fn divergence(
     Field::from_vec(nx, ny, data)
 }
 
-/// The same as [`least_squares`] by matrix-free conjugate gradients, as the paper does it. Many times slower: kept as the
-/// independent check of the direct solution.
-///
-/// Stops when the residual of the normal equations is `tolerance` times its first value, or after `iteration_limit` steps;
-/// returns the steps made.
-pub fn least_squares_by_conjugate_gradients(
-    (nx, ny): (usize, usize),
-    weights: DVec2,
-    rise_x: impl Fn(usize, usize) -> f64 + Sync,
-    rise_y: impl Fn(usize, usize) -> f64 + Sync,
-    tolerance: f64,
-    iteration_limit: usize,
-) -> (Field<f64>, usize) {
-    let dot = |a: &Field<f64>, b: &Field<f64>| a.as_slice().iter().zip(b.as_slice()).map(|(x, y)| x * y).sum::<f64>();
-    let add = |a: &mut Field<f64>, factor: f64, b: &Field<f64>| {
-        a.as_mut_slice().iter_mut().zip(b.as_slice()).for_each(|(x, y)| *x += factor * y);
-    };
-    let mut z = Field::filled(nx, ny, 0.0);
-    let mut residual = divergence((nx, ny), weights, rise_x, rise_y);
-    let mut direction = residual.clone();
-    let mut rr = dot(&residual, &residual);
-    let enough = tolerance * tolerance * rr;
-    for step in 0..iteration_limit {
-        if rr <= enough {
-            return (z, step);
-        }
-        let d = &direction;
-        let image = divergence((nx, ny), weights, |i, j| d[(i + 1, j)] - d[(i, j)], |i, j| d[(i, j + 1)] - d[(i, j)]);
-        let alpha = rr / dot(&direction, &image);
-        add(&mut z, alpha, &direction);
-        add(&mut residual, -alpha, &image);
-        let new = dot(&residual, &residual);
-        direction.as_mut_slice().iter_mut().for_each(|v| *v *= new / rr);
-        add(&mut direction, 1.0, &residual);
-        rr = new;
-    }
-    (z, iteration_limit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,6 +142,46 @@ mod tests {
             let heights = heights_of_slopes(&slopes, EXTENT, rule);
             assert!(worst(heights.heights_mm(), &truth) < 1e-11, "{rule:?}");
         }
+    }
+
+    /// The same as [`least_squares`] by matrix-free conjugate gradients, as the paper does it: the independent check.
+    ///
+    /// Stops when the residual of the normal equations is `tolerance` times its first value, or after `iteration_limit` steps;
+    /// returns the steps made.
+    fn least_squares_by_conjugate_gradients(
+        (nx, ny): (usize, usize),
+        weights: DVec2,
+        rise_x: impl Fn(usize, usize) -> f64 + Sync,
+        rise_y: impl Fn(usize, usize) -> f64 + Sync,
+        tolerance: f64,
+        iteration_limit: usize,
+    ) -> (Field<f64>, usize) {
+        let dot =
+            |a: &Field<f64>, b: &Field<f64>| a.as_slice().iter().zip(b.as_slice()).map(|(x, y)| x * y).sum::<f64>();
+        let add = |a: &mut Field<f64>, factor: f64, b: &Field<f64>| {
+            a.as_mut_slice().iter_mut().zip(b.as_slice()).for_each(|(x, y)| *x += factor * y);
+        };
+        let mut z = Field::filled(nx, ny, 0.0);
+        let mut residual = divergence((nx, ny), weights, rise_x, rise_y);
+        let mut direction = residual.clone();
+        let mut rr = dot(&residual, &residual);
+        let enough = tolerance * tolerance * rr;
+        for step in 0..iteration_limit {
+            if rr <= enough {
+                return (z, step);
+            }
+            let d = &direction;
+            let image =
+                divergence((nx, ny), weights, |i, j| d[(i + 1, j)] - d[(i, j)], |i, j| d[(i, j + 1)] - d[(i, j)]);
+            let alpha = rr / dot(&direction, &image);
+            add(&mut z, alpha, &direction);
+            add(&mut residual, -alpha, &image);
+            let new = dot(&residual, &residual);
+            direction.as_mut_slice().iter_mut().for_each(|v| *v *= new / rr);
+            add(&mut direction, 1.0, &residual);
+            rr = new;
+        }
+        (z, iteration_limit)
     }
 
     #[test]

@@ -13,8 +13,6 @@ use crate::grid::{Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Degree of the surface.
-pub const DEGREE: usize = 3;
 /// A control net of heights over a rectangle. Parameters are counted in intervals from the lower corner; the control points
 /// stand above the Greville abscissae, so that `x` and `y` are linear in them.
 #[derive(Clone, Debug)]

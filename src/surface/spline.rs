@@ -1,4 +1,4 @@
-use super::HeightField;
+use super::height_field::HeightField;
 use crate::grid::{Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;

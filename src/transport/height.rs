@@ -6,9 +6,9 @@
 
 use super::{
     carry::Carrier,
+    level::{FORCING, RMS, STAGE, Solved, record},
     newton::{Criterion, Halt},
     path::OpticalPath,
-    pyramid::{FORCING, RMS, STAGE, Solved, record},
     uneven,
 };
 use crate::{
@@ -29,7 +29,7 @@ const ENOUGH: f64 = 2e-5;
 ///
 /// # Errors
 /// A solve that was cancelled.
-pub(super) fn settle(
+pub(super) fn recentre(
     solved: &mut Solved,
     bench: &Bench,
     nodes: (usize, usize),

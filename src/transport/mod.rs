@@ -6,6 +6,7 @@ mod correction;
 mod equation;
 mod height;
 mod krylov;
+mod level;
 mod light;
 mod newton;
 mod options;
@@ -19,50 +20,58 @@ mod start;
 mod uneven;
 mod unfold;
 
-pub use options::{BlackFloor, Options, OptionsError, Quality};
+pub use options::{BlackFloor, Quality, TransportOptions, TransportOptionsError};
 
 use crate::{
-    bench::Bench,
-    irradiance::TargetIrradiance,
     optim::Summary,
-    solver::{Progress, Solution, SolveError, Solver, check_nodes},
+    solver::{Problem, Progress, Solution, SolveError, Solver, check_nodes},
 };
+use level::NAME;
 
 /// The transport solver; see the [module](self).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Transport {
-    /// What the caller chose.
-    pub options: Options,
+    options: TransportOptions,
 }
 
 impl Transport {
-    /// Cells of the finest receiver grid on which this solver works, along x and y: what its memory and its time are made of.
-    pub fn receiver_cells(&self, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
-        pyramid::receiver_cells(&self.options, pixels, nodes)
+    /// A solver with these options.
+    ///
+    /// # Errors
+    /// An option outside of its limits.
+    pub fn new(options: TransportOptions) -> Result<Self, TransportOptionsError> {
+        options.validate()?;
+        Ok(Self { options })
+    }
+
+    /// A solver for looking, see [`Quality::Draft`].
+    pub fn draft() -> Self {
+        Self { options: TransportOptions::new(Quality::Draft) }
+    }
+
+    /// What it works with.
+    pub fn options(&self) -> &TransportOptions {
+        &self.options
     }
 }
-
-/// Its name in messages.
-const NAME: &str = "transport";
 
 impl Solver for Transport {
     fn solve(
         &self,
-        target: &TargetIrradiance,
-        bench: &Bench,
+        problem: &Problem<'_>,
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
-        self.options.validate().map_err(|error| SolveError::Unsupported { solver: NAME, what: error.to_string() })?;
+        let (bench, target) = problem.single(NAME)?;
         check_nodes(NAME, nodes)?;
         let mut summary = Summary::default();
         start::check(bench)?;
         let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)
             .map_err(|error| start::explain(error, bench))?;
-        height::settle(&mut solved, bench, nodes, progress, &mut summary)?;
+        height::recentre(&mut solved, bench, nodes, progress, &mut summary)?;
         let (surface, light) = rounds::close(&self.options, solved, bench, nodes, progress, &mut summary)?;
         start::check_light_reaches(&surface, bench)?;
-        Ok(Solution { surface, light: Some(light), summary })
+        Ok(Solution::new(surface, summary).with_light(vec![light]))
     }
 }
 

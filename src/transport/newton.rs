@@ -12,7 +12,7 @@ use crate::{
         dct::{CosineFilter, Symmetry},
     },
     optim::{Iteration, Termination},
-    solver::Progress,
+    solver::{Event, Progress},
 };
 use rayon::prelude::*;
 use std::{f64::consts::PI, ops::ControlFlow};
@@ -99,19 +99,19 @@ impl Newton {
     ) -> Result<Outcome, Halt> {
         let mut iterations = Vec::new();
         let mut termination = Termination::IterationLimit;
-        let mut sums = settle(equation, state, &mut self.residual, self.height_mm).ok_or(Halt::NoRays)?;
+        let mut sums = fit_and_recentre(equation, state, &mut self.residual, self.height_mm).ok_or(Halt::NoRays)?;
         while sums.rms > criterion.rms && iterations.len() < criterion.steps {
             let at = equation.linearise(state, &mut self.residual, &mut self.rows).ok_or(Halt::NoRays)?;
             let border = equation.linearise_border(state);
             let (change_of_mu, products) = self.solve(&at, &border, criterion.forcing, progress);
-            if progress.is_cancelled() {
+            if progress.report(Event::Iteration).is_break() {
                 return Err(Halt::Cancelled);
             }
             let mut step = 1.0;
             let mut evaluations = 1;
             let accepted = loop {
                 self.advance(state, step, change_of_mu);
-                let after = settle(equation, &mut self.trial, &mut self.residual, self.height_mm);
+                let after = fit_and_recentre(equation, &mut self.trial, &mut self.residual, self.height_mm);
                 evaluations += 1;
                 match after {
                     Some(after) if after.rms < (1.0 - 1e-3 * step) * at.rms => break Some(after),
@@ -154,9 +154,7 @@ impl Newton {
         preconditioner.tune(sums.principal);
         let mut mus = Vec::new();
         let solved = gmres.solve(residual, forcing, DIRECTIONS, |v, z, w| {
-            if progress.is_cancelled() {
-                return ControlFlow::Break(());
-            }
+            progress.report(Event::Iteration)?;
             let mu = preconditioner.apply(v, rows, z);
             set_inner(variation, |j, inner| inner.copy_from_slice(preconditioner.row(j)));
             border.set_ghosts(variation, variation_slopes);
@@ -192,8 +190,8 @@ impl Newton {
     }
 }
 
-/// Fits the border, moves the face to the wanted mean height, and computes the residual.
-fn settle(equation: &Equation, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
+/// Fits the border, moves the face to the mean height `height_mm`, and computes the residual.
+fn fit_and_recentre(equation: &Equation, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
     // The last shifts are too small to see in the residual.
     let tolerance = LEAST_SHIFT * equation.path.distance_mm();
     for _ in 0..3 {

@@ -1,6 +1,6 @@
 //! What a caller may choose.
 
-use crate::{grid::Contour, surface::Polish};
+use crate::{grid::Contour, irradiance::TargetIrradiance, surface::Polish};
 
 /// How much work a solution is worth. Times are those of a 512 pixel photograph on two cores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,7 +27,8 @@ pub enum BlackFloor {
 
 /// Options of the [transport solver](super::Transport).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Options {
+#[non_exhaustive]
+pub struct TransportOptions {
     /// How much work is done where the other options leave it open.
     pub quality: Quality,
     /// Receiver cells per pixel along each axis; by quality unless given.
@@ -43,24 +44,30 @@ pub struct Options {
     pub min_radius_mm: Option<f64>,
 }
 
+/// Least receiver cells along the shorter side of the finest grid, so that tiny pictures have edges too.
+const LEAST: usize = 64;
+/// Most receiver cells along a side: 16 million nodes take about 3 GB.
+const MOST: usize = 4096;
+
 /// Options that no solver can work with.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum OptionsError {
+#[non_exhaustive]
+pub enum TransportOptionsError {
     /// Too few or too many receiver cells.
-    #[error("{0} receiver cells per pixel; there must be between 1 and {limit}", limit = Options::MOST_CELLS_PER_PIXEL)]
+    #[error("{0} receiver cells per pixel; there must be between 1 and {limit}", limit = TransportOptions::MOST_CELLS_PER_PIXEL)]
     CellsPerPixel(usize),
     /// Too many rounds.
-    #[error("{0} rounds of the closed loop; at most {limit} are of any use", limit = Options::MOST_ROUNDS)]
+    #[error("{0} rounds of the closed loop; at most {limit} are of any use", limit = TransportOptions::MOST_ROUNDS)]
     Rounds(usize),
     /// A floor that leaves no black or no light.
-    #[error("a floor of black of {0} of the mean; it must lie between {least} and {most}", least = Options::FLOOR_LIMITS.0, most = Options::FLOOR_LIMITS.1)]
+    #[error("a floor of black of {0} of the mean; it must lie between {least} and {most}", least = TransportOptions::FLOOR_LIMITS.0, most = TransportOptions::FLOOR_LIMITS.1)]
     Floor(f64),
     /// A radius that is none.
-    #[error("a least radius of curvature of {0} mm; it must lie between {least} mm and {most} mm", least = Options::RADIUS_LIMITS_MM.0, most = Options::RADIUS_LIMITS_MM.1)]
+    #[error("a least radius of curvature of {0} mm; it must lie between {least} mm and {most} mm", least = TransportOptions::RADIUS_LIMITS_MM.0, most = TransportOptions::RADIUS_LIMITS_MM.1)]
     Radius(f64),
 }
 
-impl Options {
+impl TransportOptions {
     /// Greatest number of receiver cells per pixel.
     pub const MOST_CELLS_PER_PIXEL: usize = 16;
     /// Greatest number of rounds.
@@ -76,27 +83,73 @@ impl Options {
         Self { quality, ..Self::default() }
     }
 
+    /// The same with so many receiver cells per pixel along each axis.
+    #[must_use]
+    pub fn with_cells_per_pixel(self, cells: usize) -> Self {
+        Self { cells_per_pixel: Some(cells), ..self }
+    }
+
+    /// The same with so many rounds of the closed loop at most.
+    #[must_use]
+    pub fn with_rounds(self, rounds: usize) -> Self {
+        Self { rounds: Some(rounds), ..self }
+    }
+
+    /// The same with another least light of black parts.
+    #[must_use]
+    pub fn with_floor(self, floor: BlackFloor) -> Self {
+        Self { floor, ..self }
+    }
+
+    /// The same for a face that will be polished.
+    #[must_use]
+    pub fn with_finish(self, finish: Polish) -> Self {
+        Self { finish: Some(finish), ..self }
+    }
+
+    /// The same without folds and without radii of curvature below this, mm.
+    #[must_use]
+    pub fn with_min_radius_mm(self, radius_mm: f64) -> Self {
+        Self { min_radius_mm: Some(radius_mm), ..self }
+    }
+
     /// Refuses what cannot work.
     ///
     /// # Errors
     /// A number outside of its limits.
-    pub fn validate(&self) -> Result<(), OptionsError> {
+    pub(super) fn validate(&self) -> Result<(), TransportOptionsError> {
         if let Some(cells) = self.cells_per_pixel.filter(|n| !(1..=Self::MOST_CELLS_PER_PIXEL).contains(n)) {
-            return Err(OptionsError::CellsPerPixel(cells));
+            return Err(TransportOptionsError::CellsPerPixel(cells));
         }
         if let Some(rounds) = self.rounds.filter(|&n| n > Self::MOST_ROUNDS) {
-            return Err(OptionsError::Rounds(rounds));
+            return Err(TransportOptionsError::Rounds(rounds));
         }
         let (least, most) = Self::RADIUS_LIMITS_MM;
         if let Some(radius) = self.min_radius_mm.filter(|radius| !(least..=most).contains(radius)) {
-            return Err(OptionsError::Radius(radius));
+            return Err(TransportOptionsError::Radius(radius));
         }
         match self.floor {
             BlackFloor::Relative(floor) if !(Self::FLOOR_LIMITS.0..=Self::FLOOR_LIMITS.1).contains(&floor) => {
-                Err(OptionsError::Floor(floor))
+                Err(TransportOptionsError::Floor(floor))
             }
             _ => Ok(()),
         }
+    }
+
+    /// Cells of the finest receiver grid on which the solver works for a picture of so many pixels and a face of so many nodes, along x
+    /// and y: what its memory and its time are made of.
+    pub fn receiver_cells(&self, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
+        let (cells, per_cell) = self.divide(pixels, nodes);
+        (cells.0 * per_cell.0, cells.1 * per_cell.1)
+    }
+
+    /// How the picture is divided on the finest grid: its cells, and receiver cells per cell.
+    pub(super) fn divide(&self, pixels: (usize, usize), nodes: (usize, usize)) -> ((usize, usize), (usize, usize)) {
+        let axis = |pixels: usize, nodes: usize| pixels.min(nodes.saturating_sub(1).max(TargetIrradiance::LEAST_CELLS));
+        let cells = (axis(pixels.0, nodes.0).max(1), axis(pixels.1, nodes.1).max(1));
+        let least = LEAST.div_ceil(cells.0.min(cells.1)).max(self.per_cell());
+        let per_cell = |n: usize| least.min((MOST / n).max(1));
+        (cells, (per_cell(cells.0), per_cell(cells.1)))
     }
 
     /// Rounds of the closed loop. A smooth outline wants more: where it squeezes the map, they must be gentle.

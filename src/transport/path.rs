@@ -30,81 +30,13 @@
 //! without its last column.
 
 mod point;
+mod relation;
 
-use crate::{
-    bench::{Bench, Receiver},
-    light::outer,
-};
-use glam::{DMat2, DMat3, DVec2, DVec3};
-use point::{PointRay, PointSource};
+pub(super) use relation::{Jet, OpticalPath, Ray};
 
-/// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Jet {
-    pub(super) value: f64,
-    pub(super) slope: DVec2,
-    /// `u_xx, u_xy, u_yy`.
-    pub(super) curvature: [f64; 3],
-}
-
-impl Jet {
-    pub(super) fn hessian(&self) -> DMat2 {
-        let [xx, xy, yy] = self.curvature;
-        DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
-    }
-}
-
-/// The relation for one bench; see the [module](self).
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OpticalPath {
-    receiver: Receiver,
-    /// `N`, and the ray behind a flat face; both in the frame of the bench.
-    incident: DVec3,
-    flat: DVec3,
-    /// `b = flat . Y + kappa u`: a flat face has `u = 0`.
-    kappa: f64,
-    /// The constants of parallel light, in the frame of the receiver.
-    constant: Arrived,
-    flat_tangential: DVec2,
-    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of the middle of the face.
-    point: Option<PointSource>,
-}
-
-/// The light where a ray leaves the block, in the frame of the receiver.
-#[derive(Clone, Copy, Debug)]
-struct Arrived {
-    /// `N`: its parts along the receiver and across it.
-    tangential: DVec2,
-    axial: f64,
-    /// Their quotient: light that is `z` before a plane along the receiver crosses it `tilt z` further on.
-    tilt: DVec2,
-    /// `M`, from crossings of such a plane to those of the block's plane `z = 0`.
-    crossing: DMat2,
-}
-
-impl Arrived {
-    fn new(incident: DVec3, axes: &DMat3) -> Self {
-        let turned = axes.transpose() * incident;
-        let tilt = incident.truncate() / incident.z;
-        let crossing = DMat2::from_cols(axes.x_axis.truncate(), axes.y_axis.truncate())
-            - outer(tilt, DVec2::new(axes.x_axis.z, axes.y_axis.z));
-        Self { tangential: turned.truncate(), axial: turned.z, tilt: turned.truncate() / turned.z, crossing }
-    }
-}
-
-/// The ray that lands on one point of the receiver.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ray {
-    /// Its direction in air: the part along the receiver and that across it.
-    s: DVec2,
-    c: f64,
-    /// Its length from the block to the receiver, mm.
-    length: f64,
-    q: f64,
-    /// The light where it leaves the block.
-    arrived: Arrived,
-    point: Option<PointRay>,
-}
+use crate::{bench::Bench, light::outer};
+use glam::{DMat2, DVec2, DVec3};
+use relation::{Arrived, PointSource, bend};
 
 impl OpticalPath {
     pub(super) fn new(bench: &Bench) -> Self {
@@ -389,15 +321,6 @@ impl OpticalPath {
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
         if self.kappa > 0.0 { height > other } else { height < other }
-    }
-}
-
-/// Second derivatives of `b` over kappa.
-#[inline(always)]
-fn bend(ray: &Ray, jet: &Jet) -> DMat2 {
-    match &ray.point {
-        None => jet.hessian(),
-        Some(of) => jet.hessian() + of.flat_bend,
     }
 }
 

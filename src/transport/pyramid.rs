@@ -1,84 +1,42 @@
 //! Coarse to fine: every level solves for as much of the picture as its grid can hold.
 
 use super::{
-    NAME, Options,
+    TransportOptions,
     equation::State,
+    level::{FORCING, NAME, RMS, STAGE, Solved, record},
     light,
-    newton::{Criterion, Halt, Newton, Outcome},
+    newton::{Criterion, Halt, Newton},
     spline::ReceiverGrid,
     start, uneven,
 };
 use crate::{
     bench::Bench,
-    grid::{Field, area_resample},
+    grid::area_resample,
     irradiance::TargetIrradiance,
     light::Light,
-    optim::{Level, Summary},
-    solver::{Progress, SolveError},
+    optim::Summary,
+    solver::{Event, Progress, SolveError},
 };
-use std::time::Duration;
 
-/// The solution on the finest receiver grid, and what its closed loop needs.
-#[derive(Debug)]
-pub(super) struct Solved {
-    /// The target as far as the lens can draw it.
-    pub(super) cells: Field<f64>,
-    /// Receiver cells per target cell along x and y.
-    pub(super) per_cell: (usize, usize),
-    pub(super) grid: ReceiverGrid,
-    /// The light at the receiver's nodes that was solved for.
-    pub(super) light: Field<f64>,
-    pub(super) state: State,
-    pub(super) newton: Newton,
-}
-
-/// Name of the levels' stage.
-pub(super) const STAGE: &str = "pyramid";
 /// Coarsest receiver grid, cells along its shorter side.
 const COARSEST: usize = 12;
-/// Least receiver cells along the shorter side of the finest grid, so that tiny pictures have edges too.
-const LEAST: usize = 64;
-/// Most receiver cells along a side: 16 million nodes take about 3 GB.
-const MOST: usize = 4096;
-/// Root mean square of the residual at which a level is solved. The residual is twice the error of the irradiance, more where
-/// it is dark.
-pub(super) const RMS: f64 = 3e-4;
-/// The same for the finest level if the closed loop goes on from there: that is told what was solved.
+/// Residual, root mean square, at which the finest level is solved if the closed loop goes on from there: that is told what was solved.
 const GOES_ON_RMS: f64 = 5e-3;
 /// Most Newton steps on a level.
 const STEPS: usize = 30;
-/// Reduction asked of a linear solve.
-pub(super) const FORCING: f64 = 0.1;
-
-/// How the picture is divided on the finest grid: its cells, and receiver cells per cell.
-fn divide(options: &Options, pixels: (usize, usize), nodes: (usize, usize)) -> ((usize, usize), (usize, usize)) {
-    let axis = |pixels: usize, nodes: usize| pixels.min(nodes.saturating_sub(1).max(TargetIrradiance::LEAST_CELLS));
-    let cells = (axis(pixels.0, nodes.0).max(1), axis(pixels.1, nodes.1).max(1));
-    let wanted = options.per_cell();
-    let least = LEAST.div_ceil(cells.0.min(cells.1)).max(wanted);
-    let per_cell = |n: usize| least.min((MOST / n).max(1));
-    (cells, (per_cell(cells.0), per_cell(cells.1)))
-}
-
-/// Cells of the finest receiver grid on which a picture is solved for.
-pub(super) fn receiver_cells(options: &Options, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
-    let (cells, per_cell) = divide(options, pixels, nodes);
-    (cells.0 * per_cell.0, cells.1 * per_cell.1)
-}
-
 /// Solves for the light of the target's cells.
 ///
 /// # Errors
 /// Where the numerics break down, and a solve that was cancelled.
 pub(super) fn solve(
-    options: &Options,
+    options: &TransportOptions,
     target: &TargetIrradiance,
     bench: &Bench,
     nodes: (usize, usize),
     progress: &dyn Progress,
     summary: &mut Summary,
 ) -> Result<Solved, SolveError> {
-    let (finest, per_cell) = divide(options, (target.cells().nx(), target.cells().ny()), nodes);
+    let (finest, per_cell) = options.divide((target.cells().nx(), target.cells().ny()), nodes);
     let mut sizes = vec![finest];
     loop {
         let (nx, ny) = sizes[sizes.len() - 1];
@@ -91,7 +49,7 @@ pub(super) fn solve(
     if target.cells().min_max().0 < floor {
         summary.notes.push(format!("black parts of the picture get {floor} of the mean light"));
     }
-    progress.begin("transport", sizes.len());
+    progress.tell(Event::Stage { name: "transport", steps: sizes.len() })?;
     let mut state: Option<State> = None;
     let mut height_mm = 0.0;
     for (done, &size) in sizes.iter().rev().enumerate() {
@@ -134,16 +92,11 @@ pub(super) fn solve(
         if let Some(level) = summary.levels.last() {
             tracing::debug!(?level, "level done");
         }
-        progress.advance(done + 1);
+        progress.tell(Event::Step { done: done + 1 })?;
         if done + 1 == sizes.len() {
             return Ok(Solved { cells, per_cell, grid, light, state: current, newton });
         }
         state = Some(current);
     }
     unreachable!("the finest level is always there")
-}
-
-pub(super) fn record(stage: String, grid: ReceiverGrid, outcome: Outcome, elapsed: Duration) -> Level {
-    let (nx, ny) = grid.nodes();
-    Level { stage, nx, ny, termination: outcome.termination, iterations: outcome.iterations, elapsed }
 }

@@ -43,7 +43,7 @@ pub(super) fn describe(
 ) {
     let mut warnings = Vec::new();
     // Coarse levels are only a start, and rounds of the closed loop that went wrong were taken back.
-    let finest = summary.levels.iter().rposition(|level| level.stage == super::pyramid::STAGE);
+    let finest = summary.levels.iter().rposition(|level| level.stage == super::level::STAGE);
     let last = summary.levels.len().checked_sub(1).filter(|_| flaws.unconverged);
     for level in [finest, last].into_iter().flatten().map(|k| &summary.levels[k]) {
         if level.termination == Termination::Converged {
@@ -51,7 +51,7 @@ pub(super) fn describe(
         }
         let reached = level.iterations.last().map_or(f64::NAN, |iteration| iteration.objective);
         warnings.push(format!(
-            "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is still {reached:.1e}; a larger offset (--offset) makes the picture easier",
+            "{} on {} x {} receiver nodes did not converge ({}): the residual's root mean square is still {reached:.1e}; a larger offset makes the picture easier",
             level.stage,
             level.nx,
             level.ny,
@@ -61,14 +61,14 @@ pub(super) fn describe(
     let place = weakest(&seen.irradiance, wanted, bench);
     if seen.folded > FOLDED {
         warnings.push(format!(
-            "{:.3} % of the light passes through folds at creases of the face; a larger offset (--offset) or more nodes (--nodes) remove them",
+            "{:.3} % of the light passes through folds at creases of the face; a larger offset or more nodes remove them",
             100.0 * seen.folded
         ));
     }
     let missed = flaws.missed;
     if missed > 0 {
         warnings.push(format!(
-            "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes (--nodes) or a larger offset (--offset) help"
+            "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes or a larger offset help"
         ));
     }
     if let Some(Softening { radius_mm, violations }) = flaws.softened {
@@ -77,13 +77,13 @@ pub(super) fn describe(
         ));
         if violations > 0 {
             warnings.push(format!(
-                "{violations} nodes of the face are still sharper than {radius_mm} mm or folded; take a smaller radius or a larger offset (--offset)"
+                "{violations} nodes of the face are still sharper than {radius_mm} mm or folded; take a smaller radius or a larger offset"
             ));
         }
     }
     if error > WEAK {
         warnings.push(format!(
-            "the light differs from the picture by {error:.3} of its mean (root mean square), most {place}; more nodes (--nodes) or a larger offset (--offset) bring it closer"
+            "the light differs from the picture by {error:.3} of its mean (root mean square), most {place}; more nodes or a larger offset bring it closer"
         ));
     }
     if seen.outside > 1e-3 || seen.reflected > 0.0 {

@@ -1,13 +1,13 @@
 //! The closed loop: look at the light of the true surface, and ask for less where there is too much (Richardson and Lucy).
 
 use super::{
-    NAME, Options,
+    TransportOptions,
     carry::Carrier,
     correction::{Correction, GENTLE, STAGES},
     equation::State,
+    level::{FORCING, NAME, RMS, Solved, record},
     newton::{Criterion, Halt},
     path::OpticalPath,
-    pyramid::{FORCING, RMS, Solved, record},
     report,
     soften::{self, soften},
     uneven,
@@ -19,7 +19,7 @@ use crate::{
     grid::Field,
     light::Light,
     optim::{Summary, Termination},
-    solver::{Progress, SolveError},
+    solver::{Event, Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
 
@@ -76,7 +76,7 @@ impl Best {
             }
             let lattice = beams.lattice(&self.surface, cells);
             let surface = unfold(&self.surface, bench, lattice, &self.seen.folds, progress)?;
-            let seen = look(&surface, bench, beams, cells);
+            let seen = light_of(&surface, bench, beams, cells);
             let error = relative_rms(&seen.irradiance, wanted);
             tracing::debug!(error, folded = seen.folded, "without its folds");
             if seen.folded >= self.seen.folded {
@@ -100,7 +100,7 @@ impl Best {
 /// # Errors
 /// Where the face would reach the receiver, and a solve that was cancelled.
 pub(super) fn close(
-    options: &Options,
+    options: &TransportOptions,
     solved: Solved,
     bench: &Bench,
     nodes: (usize, usize),
@@ -116,9 +116,9 @@ pub(super) fn close(
     let mut stage = 0;
     let mut unconverged = false;
     let mut unsoftened = f64::INFINITY;
-    progress.begin("closed loop", rounds);
+    progress.tell(Event::Stage { name: "closed loop", steps: rounds })?;
     for round in 0.. {
-        progress.check()?;
+        progress.tell(Event::Iteration)?;
         let began = progress.clock();
         let carried = carrier.heights(&path, &state.spline);
         // Nodes that were missed may lie anywhere, and would spoil the mean.
@@ -140,24 +140,24 @@ pub(super) fn close(
             Some(polish) => polish.presharpened(&surface),
             None => surface,
         };
-        let look = |surface: &HeightField| {
+        let light_after_finish = |surface: &HeightField| {
             let finished = options.finish.map(|polish| polish.polished(surface));
             // What a first rough look gets wrong the others see, if it is the same everywhere.
             let even = matches!(bench.light(), Light::Parallel { .. }) && bench.profile().is_none();
             let beams = if round == 0 && rounds > 0 && even { Beams::Rough } else { Beams::PerNode(options.beams()) };
-            look(finished.as_ref().unwrap_or(surface), bench, beams, (cells.nx(), cells.ny()))
+            light_of(finished.as_ref().unwrap_or(surface), bench, beams, (cells.nx(), cells.ny()))
         };
         let mut flaws = report::Flaws { missed: carried.missed, softened: None, unconverged: false };
         let (surface, seen) = match options.min_radius_mm {
             None => {
-                let seen = look(&surface);
+                let seen = light_after_finish(&surface);
                 (surface, seen)
             }
             Some(radius_mm) => {
-                unsoftened = unsoftened.min(relative_rms(&look(&surface).irradiance, &cells));
+                unsoftened = unsoftened.min(relative_rms(&light_after_finish(&surface).irradiance, &cells));
                 let softened = soften(surface, bench, radius_mm);
                 flaws.softened = Some(report::Softening { radius_mm, violations: softened.violations });
-                let seen = look(&softened.surface);
+                let seen = light_after_finish(&softened.surface);
                 (softened.surface, seen)
             }
         };
@@ -209,7 +209,7 @@ pub(super) fn close(
         if let Some(level) = summary.levels.last() {
             tracing::debug!(?level, "level done");
         }
-        progress.advance(round + 1);
+        progress.tell(Event::Step { done: round + 1 })?;
     }
     let Some(mut best) = best else {
         return Err(SolveError::Failed {
@@ -248,7 +248,7 @@ impl Beams {
 }
 
 /// The light of a surface on the window's cells.
-fn look(surface: &HeightField, bench: &Bench, beams: Beams, cells: (usize, usize)) -> Caustic {
+fn light_of(surface: &HeightField, bench: &Bench, beams: Beams, cells: (usize, usize)) -> Caustic {
     let lattice = beams.lattice(surface, cells);
     forward::irradiance(&SurfaceSpline::through(surface), bench, Geometry::Displaced, lattice, cells)
 }

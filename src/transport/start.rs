@@ -9,7 +9,7 @@ use super::{
 use crate::{
     bench::{Bench, ExitFace},
     grid::Field,
-    light::{Incidence, Light},
+    light::Light,
     solver::{Progress, SolveError},
     surface::HeightField,
 };
@@ -21,7 +21,7 @@ use glam::DVec2;
 /// Where light would have to be bent by more than refraction can.
 pub(super) fn check(bench: &Bench) -> Result<(), SolveError> {
     const POINTS: usize = 9;
-    let (path, light) = (OpticalPath::new(bench), Incidence::of(bench));
+    let (path, light) = (OpticalPath::new(bench), bench.incidence());
     let outline = bench.contour();
     let mut worst: Option<(DVec2, f64)> = None;
     for j in 0..POINTS {

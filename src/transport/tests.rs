@@ -9,9 +9,10 @@ use super::{
 };
 use crate::measured::{at_worst, within_tenth_of};
 use crate::{
-    bench::ExitFace,
+    bench::{Bench, ExitFace},
     forward::{Geometry, irradiance},
     grid::{Extent, Field, Outline},
+    irradiance::TargetIrradiance,
     light::{Intensity, Light, Profile},
     optim::Termination,
     solver::Silent,
@@ -39,8 +40,8 @@ fn picture(nx: usize, ny: usize, dark: f64) -> TargetIrradiance {
 /// Relative root mean square error of the light of a solution, traced with many beams.
 fn error(solution: &Solution, target: &TargetIrradiance, bench: &Bench) -> f64 {
     let cells = target.cells();
-    let (nx, ny) = (solution.surface.heights_mm().nx() - 1, solution.surface.heights_mm().ny() - 1);
-    let spline = SurfaceSpline::through(&solution.surface);
+    let (nx, ny) = (solution.exit.heights_mm().nx() - 1, solution.exit.heights_mm().ny() - 1);
+    let spline = SurfaceSpline::through(&solution.exit);
     let seen = irradiance(&spline, bench, Geometry::Displaced, (4 * nx, 4 * ny), (cells.nx(), cells.ny())).irradiance;
     let mean = seen.mean();
     let sum: f64 = seen.as_slice().iter().zip(cells.as_slice()).map(|(s, w)| (s / mean - w).powi(2)).sum();
@@ -240,7 +241,7 @@ fn beam(bench: Bench) -> Bench {
 
 /// Solves for a block that must draw the target to within the relative error that was measured.
 fn drawn(name: &str, target: &TargetIrradiance, bench: &Bench, measured: f64) -> Solution {
-    let solution = Transport::default().solve(target, bench, (101, 81), &Silent).unwrap();
+    let solution = Transport::default().solve(&Problem::new(bench, target), (101, 81), &Silent).unwrap();
     let error = error(&solution, target, bench);
     println!("{name}: {error:.4} {:?}", solution.summary.warnings);
     within_tenth_of(measured, error, name);
@@ -315,7 +316,7 @@ fn every_bench_draws_the_picture() {
     let target = picture(50, 40, 0.1);
     for (name, bench, measured) in benches {
         let solution = drawn(name, &target, &bench, measured);
-        assert!(solution.surface.heights_mm().mean().abs() < 1e-12);
+        assert!(solution.exit.heights_mm().mean().abs() < 1e-12);
     }
 }
 
@@ -343,7 +344,7 @@ fn blocks_of_any_outline_draw_the_whole_picture() {
     for (name, bench, measured) in benches {
         let solution = drawn(name, &target, &bench, measured);
         assert!(solution.summary.levels.iter().all(|level| level.termination == Termination::Converged), "{name}");
-        assert_eq!(solution.surface.outline(), bench.outline());
+        assert_eq!(solution.exit.outline(), bench.outline());
     }
 }
 
@@ -352,7 +353,8 @@ fn the_face_for_a_far_source_is_that_for_parallel_light() {
     let target = picture(24, 20, 0.1);
     for (face, side) in [(GLASS, -1.0), (ExitFace::Reflects, 1.0)] {
         let parallel = bench(30.0, 25.0, 100.0, face);
-        let solve = |bench: &Bench| Transport::default().solve(&target, bench, (49, 41), &Silent).unwrap().surface;
+        let solve =
+            |bench: &Bench| Transport::default().solve(&Problem::new(bench, &target), (49, 41), &Silent).unwrap().exit;
         let wanted = solve(&parallel);
         let mut before = f64::INFINITY;
         for far in [1e4, 1e5, 1e6] {
@@ -371,11 +373,12 @@ fn the_face_for_a_far_source_is_that_for_parallel_light() {
 fn a_block_too_thin_for_its_face_and_a_source_too_near_are_refused() {
     let thin = bench(50.0, 40.0, 60.0, GLASS);
     let thin = thin.with_point_source(DVec3::new(0.0, 0.0, -60.0), 0.5, Intensity::Isotropic).unwrap();
-    let error = Transport::default().solve(&picture(16, 16, 0.1), &thin, (33, 33), &Silent).unwrap_err();
+    let error = Transport::default().solve(&Problem::new(&thin, &picture(16, 16, 0.1)), (33, 33), &Silent).unwrap_err();
     assert!(matches!(error, SolveError::ReachesLight { limit_mm: -0.5, .. }), "{error}");
     for (face, z) in [(GLASS, -40.0), (ExitFace::Reflects, 10.0)] {
         let near = lit(bench(50.0, 40.0, 120.0, face), DVec3::new(0.0, 0.0, z));
-        let error = Transport::default().solve(&picture(16, 16, 0.1), &near, (33, 33), &Silent).unwrap_err();
+        let error =
+            Transport::default().solve(&Problem::new(&near, &picture(16, 16, 0.1)), (33, 33), &Silent).unwrap_err();
         assert!(matches!(error, SolveError::SourceTooNear { position_mm } if position_mm.z == z), "{error}");
     }
 }
@@ -390,7 +393,7 @@ fn every_shape_of_picture_is_drawn() {
     ] {
         let bench = bench(pixels.0 as f64, pixels.1 as f64, 150.0, GLASS);
         let target = picture(pixels.0, pixels.1, 0.1);
-        let solution = Transport::default().solve(&target, &bench, nodes, &Silent).unwrap();
+        let solution = Transport::default().solve(&Problem::new(&bench, &target), nodes, &Silent).unwrap();
         let error = error(&solution, &target, &bench);
         println!("{pixels:?}: {error:.4}");
         within_tenth_of(measured, error, format_args!("{pixels:?}"));
@@ -401,7 +404,7 @@ fn every_shape_of_picture_is_drawn() {
 fn a_picture_finer_than_the_lens_is_averaged() {
     let bench = bench(40.0, 40.0, 150.0, GLASS);
     let target = picture(300, 300, 0.1);
-    let solution = Transport::default().solve(&target, &bench, (41, 41), &Silent).unwrap();
+    let solution = Transport::default().solve(&Problem::new(&bench, &target), (41, 41), &Silent).unwrap();
     within_tenth_of(0.0171, error(&solution, &target.resampled(20, 20), &bench), "finer");
 }
 
@@ -410,7 +413,7 @@ fn true_black_needs_no_offset() {
     let bench = bench(40.0, 40.0, 150.0, GLASS);
     let target = picture(40, 40, 0.0);
     assert!(target.cells().min_max().0 == 0.0);
-    let solution = Transport::default().solve(&target, &bench, (161, 161), &Silent).unwrap();
+    let solution = Transport::default().solve(&Problem::new(&bench, &target), (161, 161), &Silent).unwrap();
     let error = error(&solution, &target, &bench);
     within_tenth_of(0.013, error, "true black");
 }
@@ -427,7 +430,8 @@ fn the_face_is_the_envelope_of_all_ovals_wherever_the_search_starts() {
         let bench = bench(40.0, 40.0, 150.0, face);
         let nodes = (81, 81);
         let mut summary = Summary::default();
-        let solved = pyramid::solve(&Options::default(), &bars(40), &bench, nodes, &Silent, &mut summary).unwrap();
+        let solved =
+            pyramid::solve(&TransportOptions::default(), &bars(40), &bench, nodes, &Silent, &mut summary).unwrap();
         let (grid, spline) = (solved.grid, &solved.state.spline);
         let path = Equation::new(&bench, grid, &solved.light).path;
         let mut carrier = carry::Carrier::new(bench.contour(), nodes);
@@ -454,8 +458,8 @@ fn the_face_is_the_envelope_of_all_ovals_wherever_the_search_starts() {
 fn an_even_picture_leaves_the_block_flat() {
     let bench = bench(30.0, 20.0, 100.0, GLASS);
     let target = TargetIrradiance::new(Field::filled(12, 8, 3.0)).unwrap();
-    let solution = Transport::default().solve(&target, &bench, (41, 31), &Silent).unwrap();
-    assert!(solution.surface.relief_mm() < 1e-9, "{}", solution.surface.relief_mm());
+    let solution = Transport::default().solve(&Problem::new(&bench, &target), (41, 31), &Silent).unwrap();
+    assert!(solution.exit.relief_mm() < 1e-9, "{}", solution.exit.relief_mm());
     assert!(solution.summary.warnings.is_empty(), "{:?}", solution.summary.warnings);
 }
 
@@ -465,7 +469,7 @@ fn any_number_of_threads_gives_the_same_bits() {
     let target = picture(40, 30, 0.05);
     let solve = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| Transport::default().solve(&target, &bench, (81, 61), &Silent).unwrap().surface)
+        pool.install(|| Transport::default().solve(&Problem::new(&bench, &target), (81, 61), &Silent).unwrap().exit)
     };
     let one = solve(1);
     for threads in [2, 3] {
@@ -476,18 +480,24 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn a_picture_out_of_reach_is_refused_with_the_place() {
     let near = bench(20.0, 20.0, 30.0, GLASS).with_window(Extent::new(200.0, 200.0), DVec2::ZERO).unwrap();
-    let error = Transport::default().solve(&picture(16, 16, 0.1), &near, (33, 33), &Silent).unwrap_err();
+    let error = Transport::default().solve(&Problem::new(&near, &picture(16, 16, 0.1)), (33, 33), &Silent).unwrap_err();
     assert!(matches!(error, SolveError::TotalInternalReflection { limit_deg, .. } if (limit_deg - 48.19).abs() < 0.01));
 }
 
 #[test]
 fn options_out_of_range_are_refused_with_their_limit() {
-    assert!(Options::default().validate().is_ok());
-    let refused = |options: Options| options.validate().unwrap_err().to_string();
-    assert!(refused(Options { cells_per_pixel: Some(0), ..Options::default() }).contains("between 1 and 16"));
-    assert!(refused(Options { rounds: Some(1000), ..Options::default() }).contains("at most 50"));
-    assert!(refused(Options { min_radius_mm: Some(0.0), ..Options::default() }).contains("between 0.001 mm"));
-    let floor = Options { floor: BlackFloor::Relative(f64::NAN), ..Options::default() };
+    assert!(Transport::new(TransportOptions::default()).is_ok());
+    let refused = |options: TransportOptions| Transport::new(options).unwrap_err().to_string();
+    assert!(
+        refused(TransportOptions { cells_per_pixel: Some(0), ..TransportOptions::default() })
+            .contains("between 1 and 16")
+    );
+    assert!(refused(TransportOptions { rounds: Some(1000), ..TransportOptions::default() }).contains("at most 50"));
+    assert!(
+        refused(TransportOptions { min_radius_mm: Some(0.0), ..TransportOptions::default() })
+            .contains("between 0.001 mm")
+    );
+    let floor = TransportOptions { floor: BlackFloor::Relative(f64::NAN), ..TransportOptions::default() };
     assert!(refused(floor).contains("NaN"));
 }
 
@@ -496,11 +506,11 @@ fn the_manufacturable_variant_keeps_its_radius_without_folds_and_states_its_pric
     let bench = bench(40.0, 40.0, 150.0, GLASS);
     let target = picture(40, 40, 0.02);
     let solve = |min_radius_mm| {
-        let options = Options { min_radius_mm, ..Options::default() };
-        Transport { options }.solve(&target, &bench, (161, 161), &Silent).unwrap()
+        let options = TransportOptions { min_radius_mm, ..TransportOptions::default() };
+        Transport::new(options).unwrap().solve(&Problem::new(&bench, &target), (161, 161), &Silent).unwrap()
     };
     let (sharp, soft) = (solve(None), solve(Some(2.0)));
-    let spline = SurfaceSpline::through(&soft.surface);
+    let spline = SurfaceSpline::through(&soft.exit);
     for j in 0..161 {
         for i in 0..161 {
             let [xx, xy, yy] = spline.sample(bench.block().node(i, j, 161, 161)).curvature;

@@ -10,7 +10,7 @@ use crate::{
     bench::Bench,
     forward::{self, land},
     light::Incidence,
-    solver::{Progress, SolveError},
+    solver::{Event, Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec2;
@@ -51,7 +51,7 @@ pub(super) fn unfold(
     let mut patch = Patch::around(surface, bench, beams, folds);
     let mut weight = WEIGHT;
     for step in 1..=STEPS {
-        progress.check()?;
+        progress.tell(Event::Iteration)?;
         if !patch.improve(weight) {
             break;
         }
@@ -130,7 +130,7 @@ impl<'a> Patch<'a> {
             });
         }
         let distance_mm = (share * bench.block().node_spacing(nx, ny).element_product()).sqrt();
-        let mut patch = Self { bench, light: Incidence::of(bench), spline, free, triangles, nodes: Vec::new() };
+        let mut patch = Self { bench, light: bench.incidence(), spline, free, triangles, nodes: Vec::new() };
         let contour = bench.contour();
         let nodes = nodes.into_iter().map(|(row, column)| bench.block().node(column, row, nx, ny));
         patch.nodes = nodes

@@ -9,17 +9,17 @@ use super::{
     solve::Run,
 };
 use crate::{
-    bench::Bench,
     grid::{Field, area_resample},
-    irradiance::{CausticMesh, TargetIrradiance},
+    irradiance::CausticMesh,
     optim::{OptionError, Summary},
-    solver::{Progress, Solution, SolveError, Solver, check_nodes},
+    solver::{Problem, Progress, Solution, SolveError, Solver, check_nodes},
     surface::{EdgeRule, HeightField, SurfaceSpline},
 };
 use std::sync::Arc;
 
 /// Options of [`Warping`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WarpingOptions {
     /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
     pub coarse_iterations: usize,
@@ -47,6 +47,26 @@ impl Default for WarpingOptions {
             closed_loop_rounds: 2,
             closed_loop_iterations: 16,
         }
+    }
+}
+
+impl WarpingOptions {
+    /// The same with other limits of the iterations on coarse and on fine levels.
+    #[must_use]
+    pub fn with_iterations(self, coarse: usize, fine: Option<usize>) -> Self {
+        Self { coarse_iterations: coarse, fine_iterations: fine, ..self }
+    }
+
+    /// The same with so many passes that put the vertices at the height of the surface, of so many iterations each.
+    #[must_use]
+    pub fn with_height_passes(self, passes: usize, iterations: usize) -> Self {
+        Self { height_passes: passes, height_iterations: iterations, ..self }
+    }
+
+    /// The same with so many rounds of the closed loop at most, of so many iterations each.
+    #[must_use]
+    pub fn with_closed_loop(self, rounds: usize, iterations: usize) -> Self {
+        Self { closed_loop_rounds: rounds, closed_loop_iterations: iterations, ..self }
     }
 }
 
@@ -103,16 +123,16 @@ fn finest_quads(pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize)
 impl Solver for Warping {
     fn solve(
         &self,
-        target: &TargetIrradiance,
-        bench: &Bench,
+        problem: &Problem<'_>,
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
+        let (bench, target) = problem.single(NAME)?;
         check_nodes(NAME, nodes)?;
         super::check_bench(NAME, bench)?;
         if bench.light_direction().truncate().length() > 1e-9 {
-            let what = "light at an angle to the axis (the solver \"warping-paper\" does, on a plane)".to_owned();
-            return Err(SolveError::Unsupported { solver: NAME, what });
+            let what = "light at an angle to the axis";
+            return Err(SolveError::Unsupported { solver: NAME, what, able: "transport" });
         }
         let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);
         let quads = finest_quads(receiver.pixels(target, bench), nodes);
@@ -136,11 +156,11 @@ impl Solver for Warping {
         let mut best_mesh = None;
         if self.options.closed_loop_rounds > 0 {
             let mut best = Drawn::by(&surface, &state.mesh, &run, flux);
-            let (mut aim, mut latest) = (wanted.clone(), best.clone());
+            let (mut solver_target, mut latest) = (wanted.clone(), best.clone());
             for round in 1..=self.options.closed_loop_rounds {
-                aim = latest.corrected(&aim, flux);
+                solver_target = latest.corrected(&solver_target, flux);
                 let stage = format!("closed loop {round}");
-                state.displace(&mut run, &stage, &aim, self.options.closed_loop_iterations)?;
+                state.displace(&mut run, &stage, &solver_target, self.options.closed_loop_iterations)?;
                 let (next, next_shortfall) = state.surface(&run, nodes)?;
                 latest = Drawn::by(&next, &state.mesh, &run, flux);
                 if latest.error < best.error {
@@ -158,7 +178,7 @@ impl Solver for Warping {
                 .map(|off| format!("light lands {off:.4} mm (root mean square) from its place on the caustic mesh")),
         );
         run.summary.warnings.extend(shortfall.warning(bench.window().width_mm / target.cells().nx() as f64));
-        Ok(Solution { surface, light: None, summary: run.summary })
+        Ok(Solution::new(surface, run.summary))
     }
 }
 
@@ -244,15 +264,15 @@ impl Drawn {
         Self { error: square.mean().sqrt(), flux }
     }
 
-    /// `aim * wanted / drawn`, on the quads of `aim`; unchanged where it is unknown what is drawn.
-    fn corrected(&self, aim: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
-        let (mx, my) = (aim.nx(), aim.ny());
+    /// `solver_target * wanted / drawn`, on the quads of `solver_target`; unchanged where it is unknown what is drawn.
+    fn corrected(&self, solver_target: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
+        let (mx, my) = (solver_target.nx(), solver_target.ny());
         let wanted = area_resample(wanted, mx, my);
         let drawn = area_resample(&self.flux, mx, my);
         Field::from_fn(mx, my, |i, j| {
             let ratio = wanted[(i, j)] / drawn[(i, j)].max(f64::MIN_POSITIVE);
             let factor = if drawn[(i, j)].is_nan() { 1.0 } else { ratio };
-            aim[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
+            solver_target[(i, j)] * factor.clamp(1.0 / GREATEST_CORRECTION, GREATEST_CORRECTION)
         })
     }
 }

@@ -57,5 +57,5 @@ fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
         Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",
         Light::Parallel { .. } => return Ok(()),
     };
-    Err(SolveError::Unsupported { solver, what: format!("{what}: take --solver transport") })
+    Err(SolveError::Unsupported { solver, what, able: "transport" })
 }

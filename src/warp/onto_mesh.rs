@@ -7,7 +7,7 @@ use crate::{
     forward::{Geometry, irradiance, photon_mesh},
     grid::{Extent, Field},
     irradiance::{CausticMesh, TargetIrradiance},
-    solver::{Silent, Solution, Solver},
+    solver::{Problem, Silent, Solution, Solver},
     surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec2;
@@ -58,14 +58,14 @@ fn error(surface: &HeightField, mesh: &CausticMesh, bench: &Bench, geometry: Geo
 }
 
 fn solve(solver: &dyn Solver, bench: &Bench) -> Solution {
-    solver.solve(&target(), bench, NODES, &Silent).unwrap()
+    solver.solve(&Problem::new(bench, &target()), NODES, &Silent).unwrap()
 }
 
 #[test]
 fn the_window_as_a_mesh_is_the_window() {
     let bench = bench(ExitFace::Refracts { ior: 1.5 });
     let (window, given) = (Warping::default(), Warping::default().onto(mesh(|p| p * DVec2::new(40.0, 30.0))));
-    let (a, b) = (solve(&window, &bench).surface, solve(&given, &bench).surface);
+    let (a, b) = (solve(&window, &bench).exit, solve(&given, &bench).exit);
     let off = a.heights_mm().as_slice().iter().zip(b.heights_mm().as_slice()).map(|(a, b)| (a - b).abs());
     let worst = off.fold(0.0, f64::max);
     within_tenth_of(6.2e-6, worst / a.relief_mm(), format_args!("{worst} mm of {} mm", a.relief_mm()));
@@ -86,7 +86,7 @@ fn pictures_are_drawn_on_meshes_that_are_sheared_turned_bent_and_turned_over() {
         let bench = bench(ExitFace::Refracts { ior: 1.5 });
         mesh.check(&bench).unwrap();
         let solution = solve(&Warping::default().onto(Arc::clone(&mesh)), &bench);
-        let error = error(&solution.surface, &mesh, &bench, Geometry::Displaced);
+        let error = error(&solution.exit, &mesh, &bench, Geometry::Displaced);
         within_tenth_of(measured, error, name);
     }
 }
@@ -98,10 +98,10 @@ fn a_fold_is_kept_and_its_layers_draw_the_picture_together() {
     let (front, back) = folded.sides();
     assert!(back > 50 && front > back, "{front} {back}");
     let solution = solve(&Warping::default().onto(Arc::clone(&folded)), &bench);
-    let error = error(&solution.surface, &folded, &bench, Geometry::Displaced);
+    let error = error(&solution.exit, &folded, &bench, Geometry::Displaced);
     within_tenth_of(0.055, error, "folded");
     // Light from the left of a fold passes that from its right.
-    let spline = SurfaceSpline::through(&solution.surface);
+    let spline = SurfaceSpline::through(&solution.exit);
     let landings = photon_mesh(&spline, &bench, Geometry::Displaced, 241, 181);
     let backwards = (1..241).filter(|&i| landings[(i, 90)].x < landings[(i - 1, 90)].x).count();
     assert!(backwards > 5, "{backwards}");
@@ -112,7 +112,7 @@ fn the_paper_s_own_solver_takes_meshes_too() {
     let bench = bench(ExitFace::Refracts { ior: 1.5 });
     let sheared = mesh(|p| DVec2::new(28.0 * p.x + 6.0 * p.y, 8.0 * p.x + 20.0 * p.y));
     let solution = solve(&WarpingPaper::default().onto(Arc::clone(&sheared)), &bench);
-    let error = error(&solution.surface, &sheared, &bench, Geometry::NormalMappedPlane);
+    let error = error(&solution.exit, &sheared, &bench, Geometry::NormalMappedPlane);
     within_tenth_of(0.0023, error, "sheared");
 }
 

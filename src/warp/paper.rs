@@ -4,16 +4,16 @@ use super::{
     AreaWeight, LEAST_TARGET, NAME_PAPER, locate::locate, mesh::ReceiverMesh, relief::normal_mapped_surface, solve::Run,
 };
 use crate::{
-    bench::Bench,
-    irradiance::{CausticMesh, TargetIrradiance},
+    irradiance::CausticMesh,
     optim::{OptionError, Summary},
-    solver::{Progress, Solution, SolveError, Solver, check_nodes},
+    solver::{Problem, Progress, Solution, SolveError, Solver, check_nodes},
     surface::EdgeRule,
 };
 use std::sync::Arc;
 
 /// Options of [`WarpingPaper`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct WarpingPaperOptions {
     /// The weight `lambda` of the area term in (14), which the paper does not state; `None`, the default, takes the one that
     /// is [balanced](super::WarpObjective::balanced_weight_mm2) on the finest level. At least 1e-12, at most 1e6.
@@ -25,6 +25,20 @@ pub struct WarpingPaperOptions {
 impl Default for WarpingPaperOptions {
     fn default() -> Self {
         Self { lambda: None, iterations_per_level: 200 }
+    }
+}
+
+impl WarpingPaperOptions {
+    /// The same with this weight of the area term.
+    #[must_use]
+    pub fn with_lambda(self, lambda: f64) -> Self {
+        Self { lambda: Some(lambda), ..self }
+    }
+
+    /// The same with so many iterations at most on each level.
+    #[must_use]
+    pub fn with_iterations_per_level(self, iterations: usize) -> Self {
+        Self { iterations_per_level: iterations, ..self }
     }
 }
 
@@ -62,11 +76,11 @@ impl WarpingPaper {
 impl Solver for WarpingPaper {
     fn solve(
         &self,
-        target: &TargetIrradiance,
-        bench: &Bench,
+        problem: &Problem<'_>,
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
+        let (bench, target) = problem.single(NAME_PAPER)?;
         check_nodes(NAME_PAPER, nodes)?;
         super::check_bench(NAME_PAPER, bench)?;
         let quads = (nodes.0 - 1, nodes.1 - 1);
@@ -84,6 +98,6 @@ impl Solver for WarpingPaper {
         let places = locate(&mesh, bench.block(), nodes);
         run.warn(&mesh, places.missed);
         let surface = normal_mapped_surface(&places, (&mesh, &receiver), bench, EdgeRule::TwoPoint)?;
-        Ok(Solution { surface, light: None, summary: run.summary })
+        Ok(Solution::new(surface, run.summary))
     }
 }

@@ -27,13 +27,7 @@ pub(crate) fn refused(error: OpticsError) -> SolveError {
         OpticsError::TotalInternalReflection { at_mm, deflection_deg, limit_deg } => {
             SolveError::TotalInternalReflection { at_mm, deflection_deg, limit_deg }
         }
-        OpticsError::Overhang { at_mm } => SolveError::Unsupported {
-            solver: NAME,
-            what: format!(
-                "faces that hang over, as this light would need at x = {:.2} mm, y = {:.2} mm",
-                at_mm.x, at_mm.y
-            ),
-        },
+        OpticsError::Overhang { at_mm } => SolveError::Overhang { solver: NAME, at_mm },
     }
 }
 

@@ -8,10 +8,9 @@ use super::{
 use crate::{
     bench::Bench,
     grid::{Field, area_resample},
-    optim::{Level, Options, Summary, Termination, minimise},
-    solver::{Progress, SolveError},
+    optim::{Iteration, Level, MinimiserOptions, Summary, Termination, minimise},
+    solver::{Event, Progress, SolveError},
 };
-use std::ops::ControlFlow;
 
 /// How the two terms of (14) are weighed against each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -88,20 +87,20 @@ impl Run<'_> {
         objective.set_depth(depth_mm.clone());
         // A first step beyond a small part of a cell could fold the mesh for good.
         let cell = self.bench.block().node_spacing(nx, ny).min_element();
-        let options = Options { iteration_limit, first_move: Some(FIRST_MOVE * cell), ..Options::default() };
-        self.progress.begin(&format!("{stage}, {nx} x {ny}"), iteration_limit);
+        let options =
+            MinimiserOptions { iteration_limit, first_move: Some(FIRST_MOVE * cell), ..MinimiserOptions::default() };
         let progress = self.progress;
-        let watch = |done: usize| {
-            progress.advance(done);
-            if progress.is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let outcome = minimise(&mut objective, &mut mesh.coordinates, &options, |done, _| watch(done))
+        progress.tell(Event::Stage { name: &format!("{stage}, {nx} x {ny}"), steps: iteration_limit })?;
+        let watch = |done, _: &Iteration| progress.report(Event::Step { done });
+        let outcome = minimise(&mut objective, &mut mesh.coordinates, &options, watch)
             .map_err(|error| failed(error.to_string()))?;
-        progress.check()?;
+        if outcome.termination == Termination::Cancelled {
+            return Err(SolveError::Cancelled);
+        }
         if !outcome.objective.is_finite() {
             return Err(failed(format!("the objective is {}", outcome.objective)));
         }
-        self.progress.advance(iteration_limit);
+        progress.tell(Event::Step { done: iteration_limit })?;
         self.summary.levels.push(Level {
             stage: stage.to_owned(),
             nx,

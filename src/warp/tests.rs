@@ -9,11 +9,11 @@ use crate::{
     irradiance::TargetIrradiance,
     light::Intensity,
     optim::Termination,
-    solver::{Progress, Silent, Solution, SolveError, Solver},
+    solver::{Event, Problem, Progress, Silent, Solution, SolveError, Solver},
     surface::SurfaceSpline,
 };
 use glam::{DVec2, DVec3};
-use std::cell::RefCell;
+use std::{cell::RefCell, ops::ControlFlow};
 
 const BLOCK: Extent = Extent::new(60.0, 45.0);
 const PIXELS: (usize, usize) = (48, 36);
@@ -37,7 +37,7 @@ fn bench(face: ExitFace) -> Bench {
 fn error(solution: &Solution, target: &TargetIrradiance, bench: &Bench, geometry: Geometry) -> f64 {
     let wanted = target.cells();
     let cells = (wanted.nx(), wanted.ny());
-    let spline = SurfaceSpline::through(&solution.surface);
+    let spline = SurfaceSpline::through(&solution.exit);
     let drawn = irradiance(&spline, bench, geometry, (24 * cells.0, 24 * cells.1), cells).irradiance;
     Field::from_fn(cells.0, cells.1, |i, j| (drawn[(i, j)] - wanted[(i, j)]).powi(2)).mean().sqrt()
 }
@@ -49,10 +49,10 @@ fn the_displaced_surface_draws_the_target_for_glass_and_mirror_and_any_window() 
         let other = own.clone().with_window(Extent::new(75.0, 40.0), DVec2::new(8.0, -5.0)).unwrap();
         for bench in [own, other] {
             let target = target(PIXELS);
-            let solution = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap();
+            let solution = Warping::default().solve(&Problem::new(&bench, &target), NODES, &Silent).unwrap();
             let error = error(&solution, &target, &bench, Geometry::Displaced);
             at_worst(1.51e-4, error, format_args!("{face:?}, window {:?}", bench.window()));
-            assert!(solution.surface.heights_mm().mean().abs() < 1e-12);
+            assert!(solution.exit.heights_mm().mean().abs() < 1e-12);
         }
     }
 }
@@ -60,7 +60,7 @@ fn the_displaced_surface_draws_the_target_for_glass_and_mirror_and_any_window() 
 #[test]
 fn the_paper_draws_its_target_on_the_plane_and_loses_by_displacement() {
     let (target, bench) = (target(PIXELS), bench(GLASS));
-    let solution = WarpingPaper::default().solve(&target, &bench, NODES, &Silent).unwrap();
+    let solution = WarpingPaper::default().solve(&Problem::new(&bench, &target), NODES, &Silent).unwrap();
     let plane = error(&solution, &target, &bench, Geometry::NormalMappedPlane);
     let displaced = error(&solution, &target, &bench, Geometry::Displaced);
     within_tenth_of(0.0044, plane, "on the plane");
@@ -74,10 +74,10 @@ fn the_paper_takes_tilted_light_and_the_improved_mode_says_that_it_does_not() {
         let straight = bench(face);
         let bench =
             straight.clone().with_light_direction(straight.light_direction() + DVec3::new(0.08, -0.05, 0.0)).unwrap();
-        let solution = WarpingPaper::default().solve(&target, &bench, NODES, &Silent).unwrap();
+        let solution = WarpingPaper::default().solve(&Problem::new(&bench, &target), NODES, &Silent).unwrap();
         let plane = error(&solution, &target, &bench, Geometry::NormalMappedPlane);
         at_worst(0.0055, plane, format_args!("{face:?}: {plane}"));
-        let refused = Warping::default().solve(&target, &bench, NODES, &Silent).unwrap_err();
+        let refused = Warping::default().solve(&Problem::new(&bench, &target), NODES, &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::Unsupported { solver: "warping", .. }), "{refused}");
     }
 }
@@ -88,7 +88,7 @@ fn both_modes_say_that_they_do_not_take_a_point_source() {
     let source = DVec3::new(0.0, 0.0, -300.0);
     let bench = bench(GLASS).with_point_source(source, 10.0, Intensity::Isotropic).unwrap();
     for solver in [&Warping::default() as &dyn Solver, &WarpingPaper::default()] {
-        let refused = solver.solve(&target, &bench, NODES, &Silent).unwrap_err();
+        let refused = solver.solve(&Problem::new(&bench, &target), NODES, &Silent).unwrap_err();
         assert!(matches!(&refused, SolveError::Unsupported { what, .. } if what.contains("point source")), "{refused}");
     }
 }
@@ -109,9 +109,9 @@ fn in_pool(
 ) -> Vec<crate::surface::HeightField> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let improved = Warping::new(options).unwrap().solve(target, bench, NODES, &Silent).unwrap();
-        let paper = WarpingPaper::default().solve(target, bench, NODES, &Silent).unwrap();
-        vec![improved.surface, paper.surface]
+        let improved = Warping::new(options).unwrap().solve(&Problem::new(bench, target), NODES, &Silent).unwrap();
+        let paper = WarpingPaper::default().solve(&Problem::new(bench, target), NODES, &Silent).unwrap();
+        vec![improved.exit, paper.exit]
     })
 }
 
@@ -122,8 +122,8 @@ fn any_size_of_picture_and_grid_gives_a_surface() {
     for (pixels, nodes) in [((4, 4), (5, 5)), ((31, 17), (40, 23)), ((200, 9), (33, 12)), ((5, 90), (6, 64))] {
         let solvers: [&dyn Solver; 2] = [&Warping::new(options).unwrap(), &WarpingPaper::new(paper).unwrap()];
         for solver in solvers {
-            let solution = solver.solve(&target(pixels), &bench(GLASS), nodes, &Silent).unwrap();
-            let heights = solution.surface.heights_mm();
+            let solution = solver.solve(&Problem::new(&bench(GLASS), &target(pixels)), nodes, &Silent).unwrap();
+            let heights = solution.exit.heights_mm();
             assert_eq!((heights.nx(), heights.ny()), nodes);
             assert!(heights.as_slice().iter().all(|h| h.is_finite()));
         }
@@ -135,23 +135,23 @@ fn impossible_light_is_refused_with_its_place_and_limit() {
     let solvers: [&dyn Solver; 2] = [&Warping::default(), &WarpingPaper::default()];
     for solver in solvers {
         let far = bench(GLASS).with_window(BLOCK, DVec2::new(400.0, 0.0)).unwrap();
-        let error = solver.solve(&target(PIXELS), &far, NODES, &Silent).unwrap_err();
+        let error = solver.solve(&Problem::new(&far, &target(PIXELS)), NODES, &Silent).unwrap_err();
         let SolveError::TotalInternalReflection { deflection_deg, limit_deg, .. } = error else { panic!("{error}") };
         assert!(deflection_deg > limit_deg && (limit_deg - 48.19).abs() < 0.01);
 
         let mut black = Field::filled(48, 36, 1.0);
         black[(5, 7)] = 0.0;
         let black = TargetIrradiance::new(black).unwrap();
-        let error = solver.solve(&black, &bench(GLASS), (49, 37), &Silent).unwrap_err();
+        let error = solver.solve(&Problem::new(&bench(GLASS), &black), (49, 37), &Silent).unwrap_err();
         assert_eq!(error, SolveError::TooDark { least: 0.0, limit: super::LEAST_TARGET });
 
-        let error = solver.solve(&target(PIXELS), &bench(GLASS), (4, 73), &Silent).unwrap_err();
+        let error = solver.solve(&Problem::new(&bench(GLASS), &target(PIXELS)), (4, 73), &Silent).unwrap_err();
         assert!(matches!(error, SolveError::Unsupported { .. }));
     }
     // A mirror bends by any angle, so that here the surface itself comes to the receiver.
     let short = Bench::new(BLOCK, 5.0, ExitFace::Reflects).unwrap();
     let short = short.with_window(Extent::new(300.0, 225.0), DVec2::ZERO).unwrap();
-    let error = Warping::default().solve(&target(PIXELS), &short, NODES, &Silent).unwrap_err();
+    let error = Warping::default().solve(&Problem::new(&short, &target(PIXELS)), NODES, &Silent).unwrap_err();
     assert!(matches!(error, SolveError::ReachesReceiver { distance_mm: 5.0, .. }), "{error}");
 }
 
@@ -170,11 +170,14 @@ fn options_out_of_range_are_refused() {
 struct Watch(RefCell<Vec<(String, usize, usize)>>);
 
 impl Progress for Watch {
-    fn begin(&self, stage: &str, steps: usize) {
-        self.0.borrow_mut().push((stage.to_owned(), steps, 0));
-    }
-    fn advance(&self, done: usize) {
-        self.0.borrow_mut().last_mut().unwrap().2 = done;
+    fn report(&self, event: Event<'_>) -> ControlFlow<()> {
+        let mut told = self.0.borrow_mut();
+        match event {
+            Event::Stage { name, steps } => told.push((name.to_owned(), steps, 0)),
+            Event::Step { done } => told.last_mut().unwrap().2 = done,
+            Event::Iteration => {}
+        }
+        ControlFlow::Continue(())
     }
 }
 
@@ -182,7 +185,10 @@ impl Progress for Watch {
 fn the_summary_holds_every_level_and_progress_is_told_of_each() {
     let watch = Watch::default();
     let options = WarpingOptions { fine_iterations: Some(3), coarse_iterations: 400, ..WarpingOptions::default() };
-    let solution = Warping::new(options).unwrap().solve(&target((120, 90)), &bench(GLASS), (121, 91), &watch).unwrap();
+    let solution = Warping::new(options)
+        .unwrap()
+        .solve(&Problem::new(&bench(GLASS), &target((120, 90))), (121, 91), &watch)
+        .unwrap();
     let levels = &solution.summary.levels;
     let seen = watch.0.into_inner();
     assert_eq!(levels.len(), seen.len());

@@ -18,10 +18,11 @@ pub enum StepTolerance {
 
 /// Why there is no net.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StepError {
     /// A tolerance that cannot be met, or bounds nothing.
     #[error(
-        "the tolerance of the STEP face is {micrometres} um; it must lie between {least} um, the resolution of the file, and {greatest} um (--step-tolerance)"
+        "the tolerance of the STEP face is {micrometres} um; it must lie between {least} um, the resolution of the file, and {greatest} um"
     )]
     Tolerance {
         /// What was asked for, um.

@@ -1,9 +1,8 @@
 //! The entities of the solid after its control points.
 
 use super::{
-    UNCERTAINTY_MM, decimals, knot_lists, real, references,
     shell::{Curve, Face, Facing, Pipe, Sense, Shell, Surface},
-    text_of,
+    text::{UNCERTAINTY_MM, decimals, knot_lists, real, references, text_of},
     trace::Trace,
 };
 use crate::{solid::Solid, surface::ControlNet};

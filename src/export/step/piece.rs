@@ -202,18 +202,7 @@ mod tests {
             let left = points(&cut);
             assert!(left.iter().all(|p| along.dot(*p) < reach + 1e-6 && contour.level(*p).distance_mm < 1e-9));
             // The same by cutting a polygon.
-            let mut polygon = Vec::new();
-            let all = points(&pieces);
-            for (k, &from) in all.iter().enumerate() {
-                let to = all[(k + 1) % all.len()];
-                let (a, b) = (along.dot(from) - reach, along.dot(to) - reach);
-                if a <= 0.0 {
-                    polygon.push(from);
-                }
-                if a * b < 0.0 {
-                    polygon.push(from.lerp(to, a / (a - b)));
-                }
-            }
+            let polygon = crate::grid::cut_off(&points(&pieces), along, reach);
             assert!((area(&left) - area(&polygon)).abs() < 1e-3, "{outline:?} {off}");
         }
     }

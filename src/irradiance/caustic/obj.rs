@@ -3,7 +3,7 @@
 use super::{CausticMesh, CausticMeshError};
 use crate::grid::Field;
 use glam::{DVec2, DVec3};
-use std::{collections::HashMap, path::Path};
+use std::{collections::HashMap, io::BufRead, path::Path};
 
 /// A quad by its vertices, in their order around it.
 type Quad = [u32; 4];
@@ -21,20 +21,27 @@ impl CausticMesh {
     ///
     /// # Errors
     /// A file that cannot be read, faces other than quads, quads that do not form a grid, or vertices outside of a plane.
+    #[cfg(feature = "files")]
     pub fn open(path: &Path) -> Result<Self, CausticMeshError> {
-        let failed = |_| CausticMeshError::Read { path: path.into(), source: tobj::LoadError::OpenFileFailed };
-        Self::read(&std::fs::read(path).map_err(failed)?, path)
+        let (models, _) = tobj::load_obj(path, &tobj::LoadOptions::default())
+            .map_err(|source| CausticMeshError::Read { path: path.into(), source })?;
+        Self::of_models(&models)
     }
 
-    /// The same from memory; `path` is the name of the file.
+    /// The same from anything that can be read, a file in memory for instance.
     ///
     /// # Errors
-    /// Those of [`open`](Self::open).
-    pub fn read(bytes: &[u8], path: &Path) -> Result<Self, CausticMeshError> {
-        // Materials do not matter.
-        let no_material = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-        let (models, _) = tobj::load_obj_buf(&mut &bytes[..], &tobj::LoadOptions::default(), no_material)
-            .map_err(|source| CausticMeshError::Read { path: path.into(), source })?;
+    /// Those of [`new`](Self::new), [`CausticMeshError::Parse`], faces other than quads, quads that do not form a grid, or vertices
+    /// outside of a plane.
+    pub fn read(mut file: impl BufRead) -> Result<Self, CausticMeshError> {
+        // Its materials do not matter.
+        let none = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
+        let (models, _) =
+            tobj::load_obj_buf(&mut file, &tobj::LoadOptions::default(), none).map_err(CausticMeshError::Parse)?;
+        Self::of_models(&models)
+    }
+
+    fn of_models(models: &[tobj::Model]) -> Result<Self, CausticMeshError> {
         let mut meshes = models.iter().map(|model| &model.mesh).filter(|mesh| !mesh.indices.is_empty());
         let mesh = meshes.next().ok_or(CausticMeshError::Empty)?;
         if meshes.next().is_some() {

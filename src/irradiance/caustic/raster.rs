@@ -1,6 +1,6 @@
 //! How many layers of a mesh lie over every point of the window.
 
-use super::CausticMesh;
+use super::mesh::CausticMesh;
 use crate::{bench::Bench, grid::Field};
 use glam::DVec2;
 use rayon::prelude::*;

@@ -1,6 +1,5 @@
 use super::*;
-use crate::bench::ExitFace;
-use crate::measured::at_worst;
+use crate::{bench::ExitFace, grid::Extent, measured::at_worst};
 use std::{fmt::Write as _, path::Path};
 
 const SIZE: (usize, usize) = (7, 6);
@@ -44,7 +43,9 @@ fn open(text: &str) -> Result<CausticMesh, CausticMeshError> {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("mesh.obj");
     std::fs::write(&path, text).unwrap();
-    CausticMesh::open(&path)
+    let mesh = CausticMesh::open(&path);
+    assert_eq!(CausticMesh::read(text.as_bytes()).ok(), mesh.as_ref().ok().cloned());
+    mesh
 }
 
 #[test]

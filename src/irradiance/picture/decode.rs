@@ -3,39 +3,17 @@
 use super::{
     PictureError,
     canvas::Orientation,
-    colour::{Alpha, Model, Says},
+    colour::{Alpha, Says},
+    curve::Model,
     kind::Kind,
     primaries::Primaries,
+    sheet::{Rows, Sheet, Sink, emit, of_u8, of_u16, rows_together},
     tiff,
 };
 use glam::DVec2;
 use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
 use std::io::Cursor;
 use zune_core::{bytestream::ZCursor, colorspace::ColorSpace, options::DecoderOptions};
-
-/// Most rows, and numbers, that are turned into light together.
-const STRIP: usize = 64;
-const NUMBERS: usize = 1 << 20;
-
-/// Takes rows: the number of the first, and theirs numbers, 0 to 1 where they are integers.
-pub(super) type Sink<'a> = &'a mut dyn FnMut(usize, &[f32]) -> Result<(), PictureError>;
-type Rows<'a> = Box<dyn FnOnce(Sink<'_>) -> Result<(), PictureError> + 'a>;
-
-/// A picture whose head has been read.
-pub(super) struct Sheet<'a> {
-    pub(super) size: (usize, usize),
-    pub(super) model: Model,
-    pub(super) alpha: Alpha,
-    /// Numbers from pixel to pixel.
-    pub(super) stride: usize,
-    /// The integer that stands for 1, where numbers are integers of at most 16 bits.
-    pub(super) greatest: Option<u16>,
-    pub(super) orientation: Orientation,
-    pub(super) says: Says,
-    /// Bytes that decoding takes besides the file and the light.
-    pub(super) needs: u64,
-    pub(super) rows: Rows<'a>,
-}
 
 /// Reads the head of a picture; `allowed` is the memory that decoding may take, bytes.
 pub(super) fn open(kind: Kind, bytes: &mut [u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
@@ -60,37 +38,6 @@ fn orientation_of(exif: Option<&[u8]>) -> Orientation {
     let exif = exif.map(|exif| exif.strip_prefix(b"Exif\0\0").unwrap_or(exif));
     let found = exif.and_then(image::metadata::Orientation::from_exif_chunk);
     found.map_or(Orientation::UPRIGHT, |found| Orientation::new(found.to_exif()))
-}
-
-/// Gives away numbers that lie in memory, in strips.
-pub(super) fn emit<T>(
-    numbers: &[T],
-    per_row: usize,
-    top: usize,
-    number: impl Fn(&T) -> f32,
-    sink: Sink<'_>,
-) -> Result<(), PictureError> {
-    let together = rows_together(per_row);
-    let mut strip = Vec::with_capacity(per_row * together.min(numbers.len().div_ceil(per_row)));
-    for (k, rows) in numbers.chunks(per_row * together).enumerate() {
-        strip.clear();
-        strip.extend(rows.iter().map(&number));
-        sink(top + k * together, &strip)?;
-    }
-    Ok(())
-}
-
-/// Rows that are turned into light together: enough for many threads, few enough for little memory.
-fn rows_together(per_row: usize) -> usize {
-    (NUMBERS / per_row.max(1)).clamp(1, STRIP)
-}
-
-pub(super) fn of_u8(value: &u8) -> f32 {
-    f32::from(*value) / 255.0
-}
-
-pub(super) fn of_u16(value: &u16) -> f32 {
-    f32::from(*value) / 65535.0
 }
 
 /// PNG is read with the decoder of `image` itself, which knows more of the file, and row by row.

@@ -1,7 +1,7 @@
 //! What is done to a picture on the way in.
 
-use super::{PictureError, REC_709, Transfer};
-use crate::{grid::Field, irradiance::TargetIrradiance};
+use super::{Picture, PictureError, Transfer, primaries::REC_709};
+use crate::grid::Field;
 use std::{fmt, str::FromStr};
 
 /// The light behind transparent parts, as a colour of sRGB.
@@ -132,7 +132,7 @@ impl Levels {
         }
         if black >= white {
             return Err(EditError(format!(
-                "levels {black},{white} leave nothing between black and white: black must be below white (--invert turns them round)"
+                "levels {black},{white} leave nothing between black and white: black must be below white; inverting turns them round"
             )));
         }
         if !Self::GAMMA.contains(&gamma) {
@@ -165,8 +165,8 @@ impl Crop {
         let (width, height) = (self.width.pixels(nx), self.height.pixels(ny));
         let fits =
             x.checked_add(width).is_some_and(|end| end <= nx) && y.checked_add(height).is_some_and(|end| end <= ny);
-        if !fits || width.min(height) < TargetIrradiance::LEAST_CELLS {
-            return Err(PictureError::Crop { x, y, width, height, nx, ny, least: TargetIrradiance::LEAST_CELLS });
+        if !fits || width.min(height) < Picture::LEAST_SIDE {
+            return Err(PictureError::Crop { x, y, width, height, nx, ny, least: Picture::LEAST_SIDE });
         }
         Ok([x, y, width, height])
     }
@@ -399,7 +399,8 @@ mod tests {
         assert!("1,2,3".parse::<Crop>().is_err() && "1,2,3,-4".parse::<Crop>().is_err());
         assert!("0,0,101%,100%".parse::<Crop>().is_err() && "45deg".parse::<Rotation>().is_err());
         assert!("#12345".parse::<Background>().is_err() && "#+1+2+3".parse::<Background>().is_err());
-        for (levels, word) in [("0.9,0.1", "--invert"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")]
+        for (levels, word) in
+            [("0.9,0.1", "inverting"), ("0,2", "out of range"), ("0,1,0", "gamma"), ("0,NaN", "range")]
         {
             assert!(levels.parse::<Levels>().unwrap_err().to_string().contains(word), "{levels}");
         }

@@ -34,19 +34,19 @@ pub enum PictureError {
         says: String,
     },
     /// Colours that are described by numbers without a meaning here.
-    #[error("the cICP chunk of the PNG file names {what}; save it as sRGB, or say how to read it (--transfer)")]
+    #[error("the cICP chunk of the PNG file names {what}; save it as sRGB, or say how to read it")]
     Coded {
         /// What it names.
         what: String,
     },
     /// Several layers, and none of them asked for.
-    #[error("the OpenEXR file has several layers of colour, {known}: choose one (--layer)")]
+    #[error("the OpenEXR file has several layers of colour, {known}: choose one")]
     Layers {
         /// The layers.
         known: String,
     },
     /// No layer of that name.
-    #[error("the OpenEXR file has no layer '{asked}' (--layer); it has {known}")]
+    #[error("the OpenEXR file has no layer '{asked}'; it has {known}")]
     NoLayer {
         /// What was asked for.
         asked: String,
@@ -54,13 +54,13 @@ pub enum PictureError {
         known: String,
     },
     /// Depth, ids and the like alone.
-    #[error("the OpenEXR file has no layer of colour (R, G, B or Y); its channels are {known}: choose one (--layer)")]
+    #[error("the OpenEXR file has no layer of colour (R, G, B or Y); its channels are {known}: choose one")]
     NoColour {
         /// The channels.
         known: String,
     },
     /// A layer was asked for where there are none.
-    #[error("--layer {asked} chooses a layer of an OpenEXR file, and the picture is {kind}")]
+    #[error("the layer '{asked}' was asked for, and the picture is {kind}: only OpenEXR files have layers")]
     NotLayered {
         /// What was asked for.
         asked: String,
@@ -75,7 +75,7 @@ pub enum PictureError {
     },
     /// A part that is not in the picture.
     #[error(
-        "--crop cuts out {width} x {height} pixels from column {x}, row {y}, and the picture has {nx} x {ny}: the part must lie within it and have at least {least} pixels along each side"
+        "the part that is cut out is {width} x {height} pixels from column {x}, row {y}, and the picture has {nx} x {ny}: the part must lie within it and have at least {least} pixels along each side"
     )]
     Crop {
         /// First column.

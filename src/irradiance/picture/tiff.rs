@@ -4,9 +4,10 @@
 use super::{
     PictureError,
     canvas::Orientation,
-    colour::{Alpha, Model, Says},
-    decode::{Sheet, Sink, emit, of_u8, of_u16},
+    colour::{Alpha, Says},
+    curve::Model,
     kind::{Kind, raw_photograph},
+    sheet::{Sheet, Sink, emit, of_u8, of_u16},
 };
 use std::io::Cursor;
 use tiff::{

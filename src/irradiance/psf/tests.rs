@@ -4,7 +4,7 @@ use crate::measured::{at_worst, within_tenth_of};
 const WINDOW: Extent = Extent::new(100.0, 80.0);
 const CELLS: (usize, usize) = (200, 160);
 
-fn spot(shape: Shape, width_mm: f64) -> Spot {
+fn spot(shape: SpotShape, width_mm: f64) -> Spot {
     Spot::Shape(shape, DMat2::IDENTITY * width_mm)
 }
 
@@ -25,12 +25,12 @@ fn widths_are_those_of_the_shapes_and_no_light_is_lost() {
     let pixel = WINDOW.width_mm / CELLS.0 as f64;
     let turned = DMat2::from_angle(0.4) * DMat2::from_diagonal(DVec2::new(4.0, 2.0));
     for (spots, expected) in [
-        (vec![spot(Shape::Disc, 3.0)], DVec2::splat(1.5)),
-        (vec![spot(Shape::Square, 5.0)], DVec2::splat(5.0 / 12.0_f64.sqrt())),
-        (vec![spot(Shape::Gaussian, 1.2)], DVec2::splat(1.2)),
-        (vec![spot(Shape::Disc, 3.0), spot(Shape::Gaussian, 2.0)], DVec2::splat(2.5)),
+        (vec![spot(SpotShape::Disc, 3.0)], DVec2::splat(1.5)),
+        (vec![spot(SpotShape::Square, 5.0)], DVec2::splat(5.0 / 12.0_f64.sqrt())),
+        (vec![spot(SpotShape::Gaussian, 1.2)], DVec2::splat(1.2)),
+        (vec![spot(SpotShape::Disc, 3.0), spot(SpotShape::Gaussian, 2.0)], DVec2::splat(2.5)),
         (vec![picture(60, 60, 0.1, |p| f64::from(p.length() < 2.0))], DVec2::splat(1.0)),
-        (vec![Spot::Shape(Shape::Gaussian, turned)], DVec2::new(turned.row(0).length(), turned.row(1).length())),
+        (vec![Spot::Shape(SpotShape::Gaussian, turned)], DVec2::new(turned.row(0).length(), turned.row(1).length())),
     ] {
         let psf = Psf::of_spots(&spots, WINDOW, CELLS).unwrap();
         assert!((sum(psf.kernel()) - 1.0).abs() < 1e-12);
@@ -43,7 +43,7 @@ fn widths_are_those_of_the_shapes_and_no_light_is_lost() {
 
 #[test]
 fn a_disc_drawn_by_points_is_the_disc_of_a_fine_picture() {
-    let disc = Psf::of_spots(&[spot(Shape::Disc, 2.0)], WINDOW, CELLS).unwrap();
+    let disc = Psf::of_spots(&[spot(SpotShape::Disc, 2.0)], WINDOW, CELLS).unwrap();
     let drawn = Psf::of_spots(&[picture(1000, 1000, 0.004, |p| f64::from(p.length() < 2.0))], WINDOW, CELLS).unwrap();
     assert_eq!(disc.kernel().nx(), drawn.kernel().nx());
     let worst =
@@ -53,13 +53,13 @@ fn a_disc_drawn_by_points_is_the_disc_of_a_fine_picture() {
 
 #[test]
 fn a_spot_far_below_a_pixel_changes_nothing_and_one_of_half_a_pixel_what_it_must() {
-    for spots in [vec![], vec![spot(Shape::Disc, 1e-9)], vec![picture(4, 6, 1e-4, |_| 1.0)]] {
+    for spots in [vec![], vec![spot(SpotShape::Disc, 1e-9)], vec![picture(4, 6, 1e-4, |_| 1.0)]] {
         let psf = Psf::of_spots(&spots, WINDOW, CELLS).unwrap();
         let kernel = psf.kernel();
         assert!(kernel[(kernel.nx() / 2, kernel.ny() / 2)] > 0.998);
     }
     // Light shifted by x of a pixel leaves |x| of it: over -w/2 .. w/2, w/4 in the mean, and so w/8 for either neighbour.
-    let half = Psf::of_spots(&[spot(Shape::Square, 0.25)], WINDOW, CELLS).unwrap();
+    let half = Psf::of_spots(&[spot(SpotShape::Square, 0.25)], WINDOW, CELLS).unwrap();
     let along_x = |k: usize| (0..half.kernel().ny()).map(|j| half.kernel()[(k, j)]).sum::<f64>();
     let middle = half.kernel().nx() / 2;
     for (k, expected) in [(middle - 1, 0.0625), (middle, 0.875), (middle + 1, 0.0625)] {
@@ -98,6 +98,6 @@ fn specks_that_are_no_light_are_refused_by_name() {
     for pixel in [0.0, -1.0, f64::NAN] {
         assert!(matches!(PsfPicture::new(&Field::filled(5, 5, 1.0), pixel), Err(PsfError::Range { .. })));
     }
-    let wide = Psf::of_spots(&[spot(Shape::Disc, 45.0)], WINDOW, CELLS).unwrap_err();
+    let wide = Psf::of_spots(&[spot(SpotShape::Disc, 45.0)], WINDOW, CELLS).unwrap_err();
     assert_eq!(wide, PsfError::WiderThanWindow { size_mm: DVec2::splat(90.0), window_mm: WINDOW.as_vec() });
 }

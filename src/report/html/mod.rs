@@ -7,158 +7,27 @@
 mod charts;
 mod data;
 mod maps;
+mod page;
 mod rays;
 mod scene;
 mod section;
 mod still;
 
+pub use page::{Cost, Facts, FileRecord, Highlight, Model, Page, View};
+
 use crate::{
-    bench::Bench,
     export::{WriteError, write_atomically},
-    grid::Field,
-    optim::Summary,
-    report::Isocontours,
-    surface::{HeightField, SurfaceSpline},
+    surface::SurfaceSpline,
 };
 use askama::Template;
 use charts::{BudgetChart, ConvergenceChart};
-use glam::DVec2;
-use image::{DynamicImage, GrayImage};
+use image::DynamicImage;
 use maps::ColourMap;
 use rayon::prelude::*;
 use rays::RayFan;
 use section::{Across, Section};
 use std::{io::Write, path::Path};
 use still::Still;
-
-/// Everything that the page shows.
-#[derive(Clone, Debug)]
-pub struct Page<'a> {
-    /// Name of the block.
-    pub title: String,
-    /// What is seen here, in a sentence or two.
-    pub about: String,
-    /// What must be known before anything else.
-    pub warnings: Vec<String>,
-    /// A few figures that say most.
-    pub highlights: Vec<Highlight>,
-    /// The block on its bench.
-    pub model: Model<'a>,
-    /// The picture that is wanted, as far as there is one.
-    pub target: Option<View>,
-    /// The light on the receiver.
-    pub caustic: View,
-    /// How far the two are apart.
-    pub difference: Option<View>,
-    /// The light seen otherwise: with less exact geometry, from other files, after finishing; each with its difference from
-    /// the target.
-    pub others: Vec<(View, View)>,
-    /// What each step costs.
-    pub budget: Vec<Cost>,
-    /// What the solver did.
-    pub summary: Option<&'a Summary>,
-    /// The workshop drawing of the block.
-    pub drawing: Option<GrayImage>,
-    /// Facts, in groups.
-    pub facts: Vec<Facts>,
-    /// Files that belong to the block.
-    pub files: Vec<FileRecord>,
-    /// The command that makes all of this again.
-    pub command: String,
-    /// The program and its version.
-    pub program: String,
-}
-
-/// A block on its bench.
-#[derive(Clone, Debug)]
-pub struct Model<'a> {
-    /// The exit face.
-    pub surface: &'a HeightField,
-    /// The planar entry face, mm.
-    pub entry_z_mm: f64,
-    /// Corners of the block seen along the axis, mm, counter-clockwise.
-    pub outline: Vec<DVec2>,
-    /// The plane of the rim, mm, if there is one.
-    pub rim_z_mm: Option<f64>,
-    /// Light and receiver.
-    pub bench: &'a Bench,
-    /// Slope of the face at its nodes, mm per mm.
-    pub slope: &'a Field<f64>,
-    /// The greater principal curvature at its nodes, per mm, positive in hollows.
-    pub hollow_per_mm: &'a Field<f64>,
-    /// Its lines of equal height.
-    pub contours: &'a Isocontours,
-}
-
-/// A figure that is read first.
-#[derive(Clone, Debug)]
-pub struct Highlight {
-    /// What it is.
-    pub label: String,
-    /// The figure.
-    pub value: String,
-    /// Its unit, or nothing.
-    pub unit: String,
-    /// What it means.
-    pub note: String,
-}
-
-/// A picture with what it shows, for eyes and for those who cannot see it.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// A few words above it.
-    pub title: String,
-    /// A line below it.
-    pub note: String,
-    /// What is to be seen on it.
-    pub alt: String,
-    /// The picture.
-    pub picture: GrayImage,
-}
-
-/// A step of the error budget.
-#[derive(Clone, Debug)]
-pub struct Cost {
-    /// What is looked at.
-    pub name: String,
-    /// Relative RMS error of its light against the target, and by how much it alone moves the light. `None` if it is known to
-    /// be that of another step, as the name says.
-    pub errors: Option<(f64, f64)>,
-}
-
-/// A table of facts.
-#[derive(Clone, Debug)]
-pub struct Facts {
-    /// What they are about.
-    pub title: String,
-    /// Names and values with their units.
-    pub rows: Vec<(String, String)>,
-}
-
-/// A file on the disk.
-#[derive(Clone, Debug)]
-pub struct FileRecord {
-    /// Its name.
-    pub name: String,
-    /// What it is.
-    pub what: String,
-    /// Its length.
-    pub bytes: u64,
-    /// Its SHA-256 in hexadecimal.
-    pub sha256: String,
-}
-
-impl FileRecord {
-    /// The length for people.
-    fn size(&self) -> String {
-        let bytes = self.bytes as f64;
-        match self.bytes {
-            0..1_000 => format!("{}\u{a0}B", self.bytes),
-            1_000..1_000_000 => format!("{:.1}\u{a0}kB", bytes / 1e3),
-            _ => format!("{:.1}\u{a0}MB", bytes / 1e6),
-        }
-    }
-}
 
 /// Writes the page. The file appears whole or not at all.
 ///

@@ -4,7 +4,7 @@ use super::Model;
 use crate::{
     bench::{Bench, ExitFace},
     forward,
-    light::{Incidence, Light},
+    light::Light,
     surface::SurfaceSpline,
 };
 use glam::{DVec2, DVec3};
@@ -23,7 +23,7 @@ pub(super) struct RayFan {
 impl RayFan {
     pub(super) fn of(spline: &SurfaceSpline, model: &Model<'_>) -> Self {
         let bench = model.bench;
-        let light = Incidence::of(bench);
+        let light = bench.incidence();
         let lead_mm = lead_mm(model);
         let ray = |k: usize| {
             let place = bench.block().node(k % ACROSS, k / ACROSS, ACROSS, ACROSS);

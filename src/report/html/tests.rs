@@ -3,8 +3,15 @@ use super::{
     section::{Across, Section},
     *,
 };
-use crate::{bench::ExitFace, grid::Extent, light::Intensity};
+use crate::{
+    bench::{Bench, ExitFace},
+    grid::{Extent, Field},
+    light::Intensity,
+    report::Isocontours,
+    surface::HeightField,
+};
 use glam::{DVec2, DVec3};
+use image::GrayImage;
 
 const BLOCK: Extent = Extent::new(60.0, 40.0);
 const ENTRY_MM: f64 = -8.0;

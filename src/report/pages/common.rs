@@ -3,7 +3,7 @@
 use crate::{
     bench::{Bench, ExitFace},
     export::{Format, HeightMapFormat},
-    fabricate::Shape,
+    fabricate::FaceShape,
     grid::Field,
     materials,
     report::{
@@ -117,7 +117,7 @@ pub(crate) fn picture_rows(plan: &Plan) -> Vec<(String, String)> {
 }
 
 /// What a face asks of a workshop.
-pub(crate) fn face_rows(shape: &Shape) -> Vec<(String, String)> {
+pub(crate) fn face_rows(shape: &FaceShape) -> Vec<(String, String)> {
     let (at, slope) = shape.steepest();
     let hollow = shape.sharpest();
     let place = |at: glam::DVec2| format!("x = {} mm, y = {} mm", mm(at.x), mm(at.y));
@@ -154,7 +154,12 @@ pub(super) fn material(bench: &Bench, named: Option<&str>) -> String {
 }
 
 /// A designed block to turn and zoom.
-pub(crate) fn model<'a>(solid: &'a Solid, bench: &'a Bench, shape: &'a Shape, contours: &'a Isocontours) -> Model<'a> {
+pub(crate) fn model<'a>(
+    solid: &'a Solid,
+    bench: &'a Bench,
+    shape: &'a FaceShape,
+    contours: &'a Isocontours,
+) -> Model<'a> {
     Model {
         surface: solid.surface(),
         entry_z_mm: solid.entry_z_mm(),

@@ -6,11 +6,11 @@ use super::common::{
 };
 use crate::{
     bench::Bench,
-    fabricate::Shape,
+    fabricate::FaceShape,
     failure::Failure,
     grid::Field,
     irradiance::to_picture_order,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report::{
         budget::{BudgetRow, budget_sheet},
         drawing::dimensioned_drawing,
@@ -29,17 +29,17 @@ use std::{path::Path, time::Duration};
 
 /// What is drawn of a block alone: nothing of it waits for a file.
 pub(crate) struct BlockDrawings {
-    pub(crate) shape: Shape,
+    pub(crate) shape: FaceShape,
     pub(crate) drawing: GrayImage,
     pub(crate) contours: Isocontours,
 }
 
 impl BlockDrawings {
-    pub(crate) fn of(block: &Block, bench: &Bench) -> Self {
+    pub(crate) fn of(block: &DesignedBlock, bench: &Bench) -> Self {
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
-            || Shape::of_spline(surface, &spline),
+            || FaceShape::of_spline(surface, &spline),
             || rayon::join(|| dimensioned_drawing(solid, bench), || Isocontours::of_spline(surface, &spline)),
         );
         Self { shape, drawing, contours }
@@ -57,7 +57,7 @@ pub(crate) struct DesignPage<'a> {
     pub(crate) files: Vec<FileRecord>,
     /// The command that made it.
     pub(crate) command: String,
-    pub(crate) block: &'a Block,
+    pub(crate) block: &'a DesignedBlock,
     pub(crate) drawings: &'a BlockDrawings,
     /// What the verifier says, unless it was not asked.
     pub(crate) verification: Option<&'a DesignVerification<'a>>,
@@ -109,7 +109,7 @@ impl DesignPage<'_> {
 
     /// The wanted light and the one that is drawn, in picture order: the verifier's, or the solver's own.
     fn lights(&self) -> (Field<f64>, Field<f64>) {
-        match (self.verification, &self.block.light) {
+        match (self.verification, self.block.light.first()) {
             (Some(verification), _) => {
                 (judge::field_of(&verification.target), judge::field_of(&verification.judgement.caustic))
             }
@@ -125,14 +125,16 @@ impl DesignPage<'_> {
     }
 
     fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
-        let note =
-            match (self.verification.map(|verification| verification.judgement.verdict.as_ref()), &self.block.light) {
-                (Some(Some(verdict)), _) => {
-                    format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
-                }
-                (None, None) => "Not traced (--no-verify): this is the target.".into(),
-                _ => "As the solver itself sees it; no exported file was traced (--no-verify).".into(),
-            };
+        let note = match (
+            self.verification.map(|verification| verification.judgement.verdict.as_ref()),
+            self.block.light.first(),
+        ) {
+            (Some(Some(verdict)), _) => {
+                format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
+            }
+            (None, None) => "Not traced (--no-verify): this is the target.".into(),
+            _ => "As the solver itself sees it; no exported file was traced (--no-verify).".into(),
+        };
         light_view("Simulated light", light, exposure, note)
     }
 
@@ -192,7 +194,7 @@ impl DesignPage<'_> {
         highlights
     }
 
-    fn facts(&self, shape: &Shape) -> Vec<Facts> {
+    fn facts(&self, shape: &FaceShape) -> Vec<Facts> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let (stock, size, origin) = (solid.stock_extent(), bench.block(), solid.origin_mm());
@@ -332,8 +334,8 @@ pub(crate) fn draw<T: Send>(
 }
 
 /// The solver's own view of where the light will be wrong, if it has one.
-pub(crate) fn weakness(plan: &Plan, block: &Block) -> Option<GrayImage> {
-    let light = block.light.as_ref()?;
+pub(crate) fn weakness(plan: &Plan, block: &DesignedBlock) -> Option<GrayImage> {
+    let light = block.light.first()?;
     let exposure = Exposure::of(&plan.target, plan.transfer.into());
     let target = plan.target.resampled(light.nx(), light.ny());
     Some(difference_picture(&to_picture_order(target.cells()), &to_picture_order(light), exposure))

@@ -5,7 +5,7 @@ use super::common::{
 };
 use crate::{
     bench::Bench,
-    fabricate::Shape,
+    fabricate::FaceShape,
     failure::Failure,
     grid::{Extent, Field},
     record::SideFile,
@@ -53,7 +53,7 @@ impl FoundPage<'_> {
         let drawing = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
         let bench = drawn_bench(self.scene, drawing, self.entry_z_mm)?;
         let light = light_in_words(self.scene, self.entry_z_mm);
-        let (shape, contours) = (Shape::of(self.surface), Isocontours::of(self.surface));
+        let (shape, contours) = (FaceShape::of(self.surface), Isocontours::of(self.surface));
         let (extent, (low, high)) = (self.surface.extent(), self.surface.heights_mm().min_max());
         let half = 0.5 * extent.as_vec();
         let mut rows = vec![

@@ -1,7 +1,7 @@
 //! The pictures of a check, of tolerances and of milling.
 
 use crate::{
-    fabricate::{Cutter, Shape},
+    fabricate::{Cutter, FaceShape},
     report::{
         contact::{Captioned, contact_sheet, map as map_of},
         pictures::{Exposure, irradiance_picture},
@@ -18,7 +18,7 @@ use glasswarp_verify::Image;
 use image::GrayImage;
 
 /// Where the face is hollow, steep and thin.
-pub(crate) fn maps(cutter: Cutter, subject: &Makeable, shape: &Shape) -> Vec<Captioned> {
+pub(crate) fn maps(cutter: Cutter, subject: &Makeable, shape: &FaceShape) -> Vec<Captioned> {
     const WIDTH: u32 = 420;
     let extent = subject.surface.extent();
     let (sharpest, (steep_at, steepest)) = (shape.sharpest(), shape.steepest());

@@ -5,10 +5,10 @@ use super::common::{
     program, row, target_view,
 };
 use crate::{
-    fabricate::Shape,
+    fabricate::FaceShape,
     failure::Failure,
     grid::Field,
-    pipeline::Block,
+    pipeline::DesignedBlock,
     report::{
         html::{Facts, Page, write_html},
         isocontours::Isocontours,
@@ -26,7 +26,7 @@ use std::path::Path;
 /// A draft, and the light that it casts.
 pub(crate) struct PreviewPage<'a> {
     pub(crate) plan: &'a Plan,
-    pub(crate) block: &'a Block,
+    pub(crate) block: &'a DesignedBlock,
     pub(crate) examiner: &'a Examiner,
     pub(crate) view: &'a View,
     /// The command that made it.
@@ -52,7 +52,7 @@ impl PreviewPage<'_> {
         let (target, light, exposure) = self.lights();
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let (shape, contours) = (Shape::of(solid.surface()), Isocontours::of(solid.surface()));
+        let (shape, contours) = (FaceShape::of(solid.surface()), Isocontours::of(solid.surface()));
         let (_, high) = block.surface.range_mm();
         let (nx, ny) = plan.nodes;
         let mut rows = vec![

@@ -1,27 +1,7 @@
 //! The relation for a point source: what has no closed form, and the derivatives that parallel light lacks.
 
-use super::{Arrived, Jet, OpticalPath, Ray, bend};
-use crate::{
-    bench::Bench,
-    light::{Arrival, PointWave},
-};
+use super::relation::{Arrived, Jet, OpticalPath, PointRay, PointSource, Ray, bend};
 use glam::{DMat2, DVec2, DVec3};
-
-/// The wave of a point source, and how it goes on behind a flat face.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PointSource {
-    pub(super) wave: PointWave,
-    /// Steps of `l` and of heights that are below rounding, mm.
-    negligible_mm: f64,
-}
-
-/// What a ray knows of its source.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PointRay {
-    pub(super) arrival: Arrival,
-    /// Second derivatives of `b_flat`, over kappa.
-    pub(super) flat_bend: DMat2,
-}
 
 /// The light that a flat face sends to a point of the receiver.
 #[derive(Clone, Copy, Debug)]
@@ -36,13 +16,6 @@ pub(super) struct FlatRay {
 
 /// Most Newton steps for the length of a ray or the height of an oval.
 const STEPS: usize = 30;
-
-impl PointSource {
-    pub(super) fn of(bench: &Bench) -> Option<Self> {
-        PointWave::of(bench)
-            .map(|wave| Self { wave, negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm() })
-    }
-}
 
 impl OpticalPath {
     /// The light of a source behind a flat face, which is again that of a source behind a plate.

@@ -1,4 +1,9 @@
 use super::*;
+use crate::{
+    bench::{Bench, ExitFace},
+    grid::Extent,
+};
+use glam::{DMat2, DVec2, DVec3};
 
 fn waves() -> Vec<PointWave> {
     let block = Extent::new(50.0, 40.0);
@@ -11,7 +16,7 @@ fn waves() -> Vec<PointWave> {
             (glass.clone(), DVec3::new(15.0, -25.0, -60.0)),
             (mirror.clone(), DVec3::new(-10.0, 30.0, 80.0)),
         ] {
-            waves.push(PointWave::of(&bench.with_point_source(at, 12.0, intensity).unwrap()).unwrap());
+            waves.push(bench.with_point_source(at, 12.0, intensity).unwrap().wave().unwrap());
         }
     }
     waves
@@ -21,7 +26,7 @@ fn waves() -> Vec<PointWave> {
 fn the_ray_is_refracted_at_the_entry_face_and_hits_the_point() {
     let bench = Bench::new(Extent::new(50.0, 40.0), 120.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
     let source = DVec3::new(15.0, -25.0, -60.0);
-    let wave = PointWave::of(&bench.with_point_source(source, 12.0, Intensity::Isotropic).unwrap()).unwrap();
+    let wave = bench.with_point_source(source, 12.0, Intensity::Isotropic).unwrap().wave().unwrap();
     let to = DVec3::new(-24.0, 19.0, 1.7);
     let arrival = wave.at(to.truncate(), to.z).unwrap();
     let inside = arrival.tangential.extend(arrival.axial);
