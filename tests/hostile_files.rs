@@ -25,7 +25,7 @@ use glasswarp_verify::{
     Block, BlockError, Mesh, PhotonPlan, PhotonTally, PlacedBlock, Scene, Surface, Tracer, Window, beams,
     load::{self, Format},
     photons,
-    reference::{Options, Reference},
+    reference::{ReadOptions, Reference},
 };
 use std::{
     fs,
@@ -479,7 +479,7 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
         let designer = read_within(bytes).map(drop).expect_err("taken by the designer's reader").to_string();
         assert!(designer.contains(words[0]), "{designer}");
         let verifier =
-            Reference::parse(bytes, &Options::default()).map(drop).expect_err("taken by the verifier's").to_string();
+            Reference::parse(bytes, &ReadOptions::default()).map(drop).expect_err("taken by the verifier's").to_string();
         assert!(verifier.contains(words[1]), "{verifier}");
     };
     let mut jpeg = corpus_of(&["jpg"]).swap_remove(0);
