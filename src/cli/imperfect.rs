@@ -384,7 +384,7 @@ fn has_spread(settings: &Settings) -> bool {
 /// A bench with the light and the face that there are, as photons see them.
 pub(crate) fn spread(scene: Scene, settings: &Settings) -> Scene {
     Scene {
-        source_extent: settings.source_size.map_or(SourceExtent::None, SourceExtent::from),
+        spread: settings.source_size.map_or(SourceExtent::None, SourceExtent::from),
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }
