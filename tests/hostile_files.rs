@@ -478,8 +478,10 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
     let refused = |bytes: &[u8], words: [&str; 2]| {
         let designer = read_within(bytes).map(drop).expect_err("taken by the designer's reader").to_string();
         assert!(designer.contains(words[0]), "{designer}");
-        let verifier =
-            Reference::parse(bytes, &ReadOptions::default()).map(drop).expect_err("taken by the verifier's").to_string();
+        let verifier = Reference::parse(bytes, &ReadOptions::default())
+            .map(drop)
+            .expect_err("taken by the verifier's")
+            .to_string();
         assert!(verifier.contains(words[1]), "{verifier}");
     };
     let mut jpeg = corpus_of(&["jpg"]).swap_remove(0);

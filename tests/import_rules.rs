@@ -9,6 +9,99 @@ use std::{collections::BTreeMap, fmt::Write as _};
 const FILES: Package = Package { name: "glasswarp_files", folder: "files/src", roots: &["lib.rs"] };
 const VERIFY: Package = Package { name: "glasswarp_verify", folder: "verify/src", roots: &["lib.rs"] };
 
+const DESIGNER: Package = Package { name: "glasswarp", folder: "src", roots: &["lib.rs", "main.rs"] };
+
+/// The stages of the designer, and what stands on them, each with what it may import besides itself.
+const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
+    ("materials", &[]),
+    ("optics", &[]),
+    ("optim", &["grid"]),
+    ("grid", &[]),
+    ("bench", &["grid", "light", "optics"]),
+    ("light", &["bench", "grid", "optics"]),
+    ("surface", &["grid"]),
+    ("irradiance", &["bench", "grid", "light", "optics", "surface"]),
+    ("forward", &["bench", "grid", "light", "optics", "surface"]),
+    ("solver", &["bench", "grid", "irradiance", "optim", "surface"]),
+    ("transport", &["bench", "forward", "grid", "irradiance", "light", "optics", "optim", "solver", "surface"]),
+    ("warp", &["bench", "forward", "grid", "irradiance", "light", "optics", "optim", "solver", "surface"]),
+    ("solid", &["grid", "surface"]),
+    ("fabricate", &["grid", "surface"]),
+    ("export", &["bench", "fabricate", "grid", "solid", "surface"]),
+    ("memory", &["grid", "solid", "transport"]),
+    ("pipeline", &["bench", "grid", "irradiance", "light", "optics", "optim", "solid", "solver", "surface"]),
+    ("failure", &["bench", "export", "irradiance", "pipeline", "solid", "solver"]),
+    ("spec", &["failure", "fabricate", "grid", "irradiance", "solid", "surface"]),
+    ("record", &["failure", "solid", "spec"]),
+    (
+        "study",
+        &[
+            "bench",
+            "export",
+            "fabricate",
+            "failure",
+            "forward",
+            "grid",
+            "irradiance",
+            "light",
+            "materials",
+            "memory",
+            "optics",
+            "optim",
+            "pipeline",
+            "record",
+            "solid",
+            "solver",
+            "spec",
+            "surface",
+            "transport",
+            "warp",
+        ],
+    ),
+    (
+        "report",
+        &[
+            "bench",
+            "export",
+            "fabricate",
+            "failure",
+            "grid",
+            "irradiance",
+            "light",
+            "materials",
+            "optim",
+            "pipeline",
+            "record",
+            "solid",
+            "solver",
+            "spec",
+            "study",
+            "surface",
+        ],
+    ),
+    (
+        "cli",
+        &[
+            "export",
+            "fabricate",
+            "failure",
+            "grid",
+            "irradiance",
+            "materials",
+            "memory",
+            "optim",
+            "pipeline",
+            "record",
+            "report",
+            "solid",
+            "solver",
+            "spec",
+            "study",
+            "surface",
+        ],
+    ),
+];
+
 /// The layers of the verifier, each with what it may import besides itself. A file beside the folders is one of its own; `lib.rs`
 /// is the front of all.
 const VERIFY_LAYERS: &[(&str, &[&str])] = &[
@@ -41,6 +134,13 @@ fn no_file_of_the_verifier_imports_in_a_circle_and_it_knows_nothing_of_the_desig
     assert_no_circles(&VERIFY, &graph);
     assert_layers(&VERIFY, &graph, VERIFY_LAYERS);
     assert_foreign(&sources, &["glasswarp"]);
+}
+
+#[test]
+fn no_file_of_the_designer_imports_in_a_circle_and_stages_know_nothing_above_them() {
+    let graph = Sources::read(&DESIGNER).graph();
+    assert_no_circles(&DESIGNER, &graph);
+    assert_layers(&DESIGNER, &graph, DESIGNER_LAYERS);
 }
 
 /// Fails with the files of every circle, and the names by which they hang together.

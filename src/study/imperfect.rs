@@ -101,7 +101,7 @@ impl ImperfectView {
 /// A bench with the light and the face that there are, as photons see them.
 pub fn spread(scene: Scene, settings: &Settings) -> Scene {
     Scene {
-        source_extent: settings.source_size.map_or(SourceExtent::None, spread_of),
+        spread: settings.source_size.map_or(SourceExtent::None, spread_of),
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }

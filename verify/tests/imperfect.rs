@@ -51,8 +51,7 @@ fn near(found: DVec2, wanted: DVec2, what: &str) {
 fn the_image_of_the_sun_is_a_disc_of_its_angle() {
     let angle = 0.02f64;
     let radius = DISTANCE * angle.tan();
-    let scene =
-        Scene { source_extent: SourceExtent::AngularDisc { radius: angle }, ..Scene::new(1.5, DISTANCE, on(6.0)) };
+    let scene = Scene { spread: SourceExtent::AngularDisc { radius: angle }, ..Scene::new(1.5, DISTANCE, on(6.0)) };
     let tally = seen(&pinhole(), &scene);
     near(moments(&tally, 6.0), DVec2::splat(radius * radius / 4.0), "sun");
     // Even within, dark without.
@@ -67,7 +66,7 @@ fn the_image_of_the_sun_is_a_disc_of_its_angle() {
     assert!((share(0.5 * radius) - 0.25).abs() < 0.01, "{}", share(0.5 * radius));
     assert!((share(0.8 * radius) - 0.64).abs() < 0.01, "{}", share(0.8 * radius));
     assert!(share(radius + SIDES.length()) == 1.0);
-    let hazy = Scene { source_extent: SourceExtent::AngularGaussian { rms: 0.005 }, ..scene };
+    let hazy = Scene { spread: SourceExtent::AngularGaussian { rms: 0.005 }, ..scene };
     near(moments(&seen(&pinhole(), &hazy), 6.0), DVec2::splat((DISTANCE * 0.005).powi(2)), "haze");
 }
 
@@ -84,9 +83,9 @@ fn the_image_of_a_lamp_is_the_lamp_scaled_by_the_distances() {
         Scene { light: light(-before), ..Scene::new(1.5, DISTANCE, on(8.0)) },
         Scene { light: light(before), ..Scene::mirror(DISTANCE, on(8.0)) },
     ] {
-        let led = Scene { source_extent: SourceExtent::SourceRectangle { size_mm: rectangle }, ..scene.clone() };
+        let led = Scene { spread: SourceExtent::SourceRectangle { size_mm: rectangle }, ..scene.clone() };
         near(moments(&seen(&pinhole(), &led), 8.0) - wider, magnified(rectangle) / 12.0, "LED");
-        let disc = Scene { source_extent: SourceExtent::SourceDisc { radius_mm: 2.0 }, ..scene };
+        let disc = Scene { spread: SourceExtent::SourceDisc { radius_mm: 2.0 }, ..scene };
         near(moments(&seen(&pinhole(), &disc), 8.0) - wider, magnified(DVec2::splat(2.0)) / 4.0, "lamp");
     }
 }
@@ -122,7 +121,7 @@ fn a_caustic_in_the_sun_is_the_sum_of_those_of_its_directions() {
             directions += 1;
         }
     }
-    let tally = seen(&block, &Scene { source_extent: SourceExtent::AngularDisc { radius }, ..ideal.clone() });
+    let tally = seen(&block, &Scene { spread: SourceExtent::AngularDisc { radius }, ..ideal.clone() });
     let (image, errors) = (tally.image(), tally.standard_error());
     let squares = |other: &dyn Fn(usize) -> f64| {
         let square = |k: usize| ((image.values[k] - other(k)) / errors.values[k]).powi(2);
@@ -138,7 +137,7 @@ fn a_caustic_in_the_sun_is_the_sum_of_those_of_its_directions() {
 #[test]
 fn spread_light_does_not_depend_on_threads_and_knows_its_noise() {
     let scene = Scene {
-        source_extent: SourceExtent::AngularDisc { radius: 0.01 },
+        spread: SourceExtent::AngularDisc { radius: 0.01 },
         roughness: 0.003,
         light: Light::parallel(DVec3::new(0.1, 0.0, 1.0)),
         ..Scene::new(1.5, DISTANCE, Window { centre_mm: DVec2::new(10.0, 0.0), ..on(6.0) })
@@ -162,5 +161,5 @@ fn what_cannot_be_spread_is_refused() {
     let ideal = Scene::new(1.5, DISTANCE, on(6.0));
     assert!(matches!(refused(Scene { roughness: -1.0, ..ideal.clone() }), SceneError::Value { .. }));
     let lamp = SourceExtent::SourceDisc { radius_mm: 1.0 };
-    assert!(matches!(refused(Scene { source_extent: lamp, ..ideal }), SceneError::Needs(_)));
+    assert!(matches!(refused(Scene { spread: lamp, ..ideal }), SceneError::Needs(_)));
 }

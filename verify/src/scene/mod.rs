@@ -40,6 +40,9 @@ use glam::{DMat3, DQuat, DVec3};
 /// assert!((seen.flux.total() - 1.0).abs() < 1e-12 && seen.flux.window > 0.95);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+///
+/// Tallies of photons name their bench by the [`Debug`](std::fmt::Debug) form of a scene: a field
+/// under another name would keep those of an earlier version from being merged.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// Glass or mirror.
@@ -54,7 +57,7 @@ pub struct Scene {
     pub profile: Option<BeamProfile>,
     /// The extent of the light: only [`photons`](crate::photons) see it. Only for a
     /// [`Block`](crate::Block).
-    pub source_extent: SourceExtent,
+    pub spread: SourceExtent,
     /// Roughness of the exit face: the root of the mean square, along x and along y, of slopes that
     /// are added to those of the face, normally distributed and independent from ray to ray. Only
     /// [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
@@ -90,7 +93,7 @@ impl Scene {
             receiver_turned: DVec3::ZERO,
             light: Light::Parallel { direction: DVec3::Z },
             profile: None,
-            source_extent: SourceExtent::None,
+            spread: SourceExtent::None,
             roughness: 0.0,
             turned: DVec3::ZERO,
             window,
@@ -149,7 +152,7 @@ impl Scene {
         self.window.validate()?;
         in_range("the angle by which the block is turned (radians)", self.turned.length(), 0.0, 1.0)?;
         in_range("the roughness (rms slope)", self.roughness, 0.0, 1.0)?;
-        self.source_extent.validate(&self.light)?;
+        self.spread.validate(&self.light)?;
         in_range("the angle by which the receiver is turned (radians)", self.receiver_turned.length(), 0.0, 7.0)?;
         let block = Self::rotation(self.turned).unwrap_or(DMat3::IDENTITY);
         let corners = std::array::from_fn(|k: usize| {

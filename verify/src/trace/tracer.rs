@@ -49,7 +49,7 @@ impl Tracer {
         if scene.turned != glam::DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
         }
-        if scene.source_extent != SourceExtent::None || scene.roughness != 0.0 {
+        if scene.spread != SourceExtent::None || scene.roughness != 0.0 {
             return Err(SceneError::Needs(
                 "only the light of a block can be spread, and only its exit face can be rough",
             ));

@@ -10,7 +10,7 @@ use glam::DVec3;
 /// Light with an extent, a face with a finish.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Imperfect {
-    source_extent: SourceExtent,
+    spread: SourceExtent,
     /// Ideal light, in the bench's frame.
     rays: Rays,
     axis: DVec3,
@@ -20,21 +20,16 @@ pub(super) struct Imperfect {
 impl Imperfect {
     /// None on an ideal bench.
     pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let Scene { source_extent, roughness, .. } = *scene;
+        let Scene { spread, roughness, .. } = *scene;
         let (rays, axis) = (Rays::of(&scene.light), axis_of(scene));
-        (source_extent != SourceExtent::None || roughness != 0.0).then_some(Self {
-            source_extent,
-            rays,
-            axis,
-            roughness,
-        })
+        (spread != SourceExtent::None || roughness != 0.0).then_some(Self { spread, rays, axis, roughness })
     }
 
     /// The light that one photon is of.
     pub(super) fn rays(&self, random: &PhotonRandom) -> Rays {
         match self.rays {
-            Rays::Parallel(direction) => Rays::Parallel(self.source_extent.direction(direction, random)),
-            Rays::From(source) => Rays::From(self.source_extent.place(source, self.axis, random)),
+            Rays::Parallel(direction) => Rays::Parallel(self.spread.direction(direction, random)),
+            Rays::From(source) => Rays::From(self.spread.place(source, self.axis, random)),
         }
     }
 
