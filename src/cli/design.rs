@@ -114,7 +114,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let drawings = LazyLock::new(|| BlockDrawings::of(&block, &plan.bench));
     let first = files::first(&outputs);
     let name = file_name(&outputs[first]);
-    let (Files { notes, others }, verification) = files::make(&task, first, |first| {
+    let (Files { notes, others, side }, verification) = files::make(&task, first, |first| {
         if report.is_some() || !args.no_verify {
             // Before there is a file to look at.
             LazyLock::force(&drawings);
@@ -127,6 +127,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let mut verification = verification?;
     if let Some(verification) = &mut verification {
         for (path, mesh) in others {
+            let mesh = mesh.moved(origin_of(&side, &path));
             verification.add(&file_name(&path), mesh)?;
         }
     }

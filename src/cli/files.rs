@@ -48,13 +48,15 @@ pub(crate) struct Files {
     pub(crate) notes: Vec<String>,
     /// Those that are read back but for the [first](First), as read back from disk.
     pub(crate) others: Vec<(PathBuf, Mesh)>,
+    /// The side file of the first.
+    pub(crate) side: SideFile,
 }
 
 /// The file that is judged: the first STL, or without one the first output. It is what a shop would get.
 pub(crate) struct First<'a> {
     pub(crate) path: &'a Path,
     /// Its side file as it will be read, which is what a stranger will have.
-    pub(crate) side: SideFile,
+    pub(crate) side: &'a SideFile,
     mesh: mpsc::Receiver<Mesh>,
 }
 
@@ -103,7 +105,7 @@ pub(crate) fn first(outputs: &[PathBuf]) -> usize {
 pub(crate) fn make<'a, T>(
     task: &Task<'a>,
     first: usize,
-    meanwhile: impl FnOnce(First<'a>) -> T,
+    meanwhile: impl FnOnce(First<'_>) -> T,
 ) -> Result<(Files, T), Failure> {
     let Task { plan, block, outputs, tip, .. } = *task;
     let wants_map = outputs.iter().any(|output| HeightMapFormat::from_path(output).is_ok());
@@ -149,7 +151,7 @@ pub(crate) fn make<'a, T>(
             scope.spawn(move || pool.install(work));
         }
         drop(send);
-        meanwhile(First { path: &outputs[first], side, mesh })
+        meanwhile(First { path: &outputs[first], side: &side, mesh })
     });
     let made: Vec<Made> = made.into_iter().filter_map(OnceLock::into_inner).collect::<Result<_, Failure>>()?;
     let (mut notes, mut others) = (Vec::new(), Vec::new());
@@ -177,7 +179,7 @@ pub(crate) fn make<'a, T>(
         }
         side_files::write(&side, &path)?;
     }
-    Ok((Files { notes, others }, looked))
+    Ok((Files { notes, others, side }, looked))
 }
 
 /// Writes, hashes and reads back one file.

@@ -158,6 +158,7 @@ pub fn record_with(record: BenchRecord, solid: &Solid) -> BenchRecord {
         skirt_mm: (0.5 * (surface.extent().as_vec() - drawn_mm)).to_array(),
         nodes: [heights.nx(), heights.ny()],
         corner_radius_mm: surface.contour().radius_mm().to_array(),
+        picture_orientation: PICTURE_ORIENTATION,
         ..record
     }
 }

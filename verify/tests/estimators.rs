@@ -98,6 +98,12 @@ fn photons_are_off_by_as_many_standard_errors_as_chance_has_it() {
         assert!(distance < 1.95 / n.sqrt(), "{which}: distance {distance}");
         assert_eq!(beyond[2], 0, "{which}");
     }
+    // Photons far fewer than pixels, of which hardly two meet in one, contradict nothing.
+    for seed in 0..40 {
+        let tally = photons(&tracer, &PhotonPlan::new(200, seed)).unwrap();
+        let off = tally.agreement(&sharp).unwrap().standard_errors();
+        assert!(off < 4.0, "seed {seed}: {off} standard errors");
+    }
     // And a thing that differs is told.
     let other = Image::new(64, 51, sharp.values.iter().enumerate().map(|(k, v)| v + 0.1 * (k % 2) as f64).collect());
     let tally = photons(&tracer, &PhotonPlan::new(1_000_000, 5)).unwrap();

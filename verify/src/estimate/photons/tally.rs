@@ -41,6 +41,10 @@ struct Excess {
     variance: f64,
 }
 
+/// Photons squared, per pixel, below which too few pixels are met twice for a run to tell its own
+/// variance: a hundred of them.
+const COINCIDENCES: f64 = 200.0;
+
 impl PhotonTally {
     /// Number of photons traced.
     pub fn photons(&self) -> u64 {
@@ -194,7 +198,18 @@ impl PhotonTally {
         // many neighbours.
         let squares: f64 = off.iter().map(|off| off * off).sum();
         let variance = products_with_neighbours(&off, self.pixels, if n < 2500.0 { 1 } else { 2 }).max(squares);
-        Ok(PhotonAgreement { difference: off.iter().sum::<f64>() / n, standard_error: variance.sqrt() / n })
+        let photons = self.photons() as f64;
+        // Where hardly a pixel is met twice, those few that are carry most of the variance, and a run
+        // that has none of them does not see it: there it is that of Poisson's law, 2 v^2 times the
+        // sum of the squared expectations, v being what one photon gives a pixel.
+        let sparse = if photons * photons < COINCIDENCES * n {
+            let squares: f64 = image.values.iter().map(|value| (value / image_mean).powi(2)).sum();
+            (2.0 * squares).sqrt() / photons
+        } else {
+            0.0
+        };
+        let standard_error = (variance.sqrt() / n).max(sparse);
+        Ok(PhotonAgreement { difference: off.iter().sum::<f64>() / n, standard_error })
     }
 }
 
