@@ -16,15 +16,14 @@ use crate::{
     study::{
         bench::{exit_face_in_words, exit_face_of, scene_of},
         changed::changed_bench,
+        crosscheck::{levels_document, map_document},
     },
 };
 use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp_verify::{
     Image,
-    crosscheck::{
-        Comparison, CrosscheckError, Distances, ImageAgreement, ImageLevel, Job, MapAgreement, PERCENTILES, Renderer,
-    },
+    crosscheck::{Comparison, CrosscheckError, Distances, ImageAgreement, Job, MapAgreement, PERCENTILES, Renderer},
     image_file,
 };
 use std::{
@@ -174,7 +173,10 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             let (agreement, theirs) = study.compare_image(&job, &ours).map_err(failed)?;
             write_images(&folder, &ours, &theirs)?;
             print_image(&agreement);
-            console::result(document::Result::Crosscheck(document::Crosscheck { image: levels(&agreement), ..found }));
+            console::result(document::Result::Crosscheck(document::Crosscheck {
+                image: levels_document(&agreement),
+                ..found
+            }));
             demand_image(&agreement, args.max_difference)
         }
     }
@@ -194,29 +196,6 @@ fn rendered(args: &CrosscheckArgs, job: &Job) -> Result<bool, Failure> {
     job.run(args.program.as_deref()).map_err(failed)?;
     progress.finish();
     Ok(true)
-}
-
-fn map_document(agreement: &MapAgreement) -> document::MapAgreement {
-    let distances = |d: &Distances| document::Distances {
-        rms_mm: document::finite(d.rms_mm),
-        worst_mm: document::finite(d.worst_mm),
-    };
-    document::MapAgreement {
-        rays: agreement.rays,
-        contested: agreement.contested,
-        smooth: distances(&agreement.smooth),
-        spline: distances(&agreement.spline),
-    }
-}
-
-fn levels(agreement: &ImageAgreement) -> Vec<document::ImageLevel> {
-    let level = |level: &ImageLevel| document::ImageLevel {
-        pixels: level.pixels,
-        rel_rms: document::finite(level.rel_rms),
-        noise: document::finite(level.noise),
-        without_noise: document::finite(level.without_noise),
-    };
-    agreement.levels.iter().map(level).collect()
 }
 
 fn print_map(agreement: &MapAgreement, quantum_mm: f64) {

@@ -8,7 +8,7 @@ use super::{
     outcome::{error_limit, unless_within},
     outputs,
     progress::TerminalProgress,
-    report_files::{self, file_record},
+    report_files::{self, command, file_record},
     side_files::{self, file_name, hash_of, open_workpiece},
 };
 use crate::{
@@ -17,10 +17,9 @@ use crate::{
     failure::Failure,
     record::{PictureRecord, SideFile, WorkRecord, document},
     report::{
-        self, Cost, Facts,
+        self,
         pages::{
-            common::{in_words, light_view, mm, pair, row},
-            found::FoundPage,
+            found::{FoundPage, ReportedFile},
             maps,
         },
     },
@@ -28,14 +27,12 @@ use crate::{
     study::{
         bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
-        judge,
         mill::{MillStep, MillStudy},
         side_record::side_file,
         workpiece::Workpiece,
     },
     surface::Polish,
 };
-use glasswarp_verify::metrics;
 use std::{
     collections::BTreeMap,
     path::{Path, PathBuf},
@@ -141,7 +138,10 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         write_blocks(args, &piece, &study, &blocks)?;
     }
     if let Some(path) = &report {
-        write_report(args, &piece, &study, path)?;
+        let name = args.block.display().to_string();
+        let record = file_record(&args.block, None)?;
+        let file = ReportedFile { name: &name, title: stem(&args.block), record, command: command() };
+        FoundPage::of_milling(file, &piece, &study, args.feed, exposure(&piece))?.write(path)?;
         say!("\n  report         {}", path.display());
     }
     console::result(document::Result::Mill(document::Mill {
@@ -186,61 +186,6 @@ fn choose(path: &Path, piece: &Workpiece, requirements: &CutterRequirements) -> 
             requirements.error
         ))),
     }
-}
-
-/// Writes the report: the face as designed, the light after every step.
-fn write_report(args: &MillArgs, piece: &Workpiece, study: &MillStudy, path: &Path) -> Result<(), Failure> {
-    let Some(target) = piece.examiner.target().map(judge::field_of) else { return Ok(()) };
-    let exposure = exposure(piece);
-    let (last, before) = (study.last(), &study.steps[..study.steps.len() - 1]);
-    let light = judge::field_of(&last.view.image);
-    let note = |step: &MillStep| format!("{}.", in_words(&step.view.metrics));
-    let others =
-        before.iter().map(|step| pair(&step.name, &target, &judge::field_of(&step.view.image), exposure, note(step)));
-    let costs = study.steps.iter().map(|step| {
-        let moved = metrics::rel_rms(&step.view.image, &study.steps[0].view.image).map_err(Failure::refused)?;
-        Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
-    });
-    let (pass, cost) = (&study.pass, &study.cost);
-    let mut rows = vec![
-        row("Cutter", pass.cutter.to_string()),
-        row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, mm(pass.step_over_mm))),
-        row(
-            "Way",
-            format!(
-                "{:.1} m, {:.0} min at {} per minute",
-                1e-3 * cost.length_mm,
-                cost.minutes(args.feed.mm),
-                args.feed
-            ),
-        ),
-    ];
-    if let Some((scallop, _)) = &study.scallop {
-        rows.push(row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
-    }
-    FoundPage {
-        title: stem(&args.block),
-        file: file_record(&args.block, None)?,
-        command: report_files::command(),
-        side: Some(&piece.side),
-        scene: &piece.scene(),
-        surface: &piece.surface,
-        entry_z_mm: piece.block.entry_z_mm(),
-        about: format!(
-            "{}, worked on in simulation: {}. The face is shown as designed, the light as it is after the work.",
-            args.block.display(),
-            last.name
-        ),
-        warnings: Vec::new(),
-        exposure,
-        caustic: light_view("Light after the work", &light, exposure, note(last)),
-        others: others.collect(),
-        budget: costs.collect::<Result<_, Failure>>()?,
-        facts: vec![Facts { title: "Work".into(), rows }],
-        wanted: Some((target, last.view.metrics)),
-        light,
-    }
-    .write(path)
 }
 
 fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {

@@ -11,7 +11,7 @@ use crate::{
     failure::Failure,
     record::document,
     spec::{Settings, TransferName},
-    study::{judge::flux_document, target_light},
+    study::{crosscheck::tally_document, target_light},
 };
 use glasswarp_verify::{
     Image, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, UnbiasedError, metrics, photons, reference::resampled,
@@ -89,24 +89,6 @@ pub(crate) fn trace(
     let error = wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()?;
     console::result(document::Result::Tally(tally_document(&tally, error)));
     Ok(error)
-}
-
-fn tally_document(tally: &PhotonTally, error: Option<UnbiasedError>) -> document::Tally {
-    document::Tally {
-        photons: tally.photons(),
-        complete: tally.is_complete(),
-        noise: document::finite(noise(tally)),
-        light: flux_document(&tally.flux()),
-        rel_rms: error.and_then(|error| document::finite(error.rel_rms())),
-        rel_rms_error: error.and_then(|error| document::finite(error.rel_rms_error())),
-    }
-}
-
-/// Root mean square over pixels of the standard error, as a part of the mean irradiance.
-fn noise(tally: &PhotonTally) -> f64 {
-    let noise = tally.standard_error();
-    let squares: f64 = noise.values.iter().map(|s| s * s).sum::<f64>() / noise.values.len() as f64;
-    squares.sqrt() / tally.image().mean()
 }
 
 /// Judges the light of a tally, and prints that.
@@ -196,7 +178,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
 fn print_tally(tally: &PhotonTally) {
     let complete = if tally.is_complete() { "the whole run" } else { "a part of the run" };
     say!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
-    say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", noise(tally));
+    say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", tally.noise());
     print::flux(&tally.flux());
 }
 

@@ -11,17 +11,18 @@ use crate::{
     export::write_atomically,
     failure::Failure,
     record::{SideFile, document},
-    report::{self, Curve},
+    report::{
+        self,
+        pages::sweep::{curves, layers, table},
+    },
     spec::{Quantity, Range},
     study::{
         design::Plan,
-        sweep::{Law, SWEEP_VIEWS, SweepPoint, Swept},
+        sweep::{Law, SweepPoint, Swept},
     },
 };
-use glam::DVec2;
-use glasswarp_verify::{Image, Scene, image_file};
+use glasswarp_verify::image_file;
 use std::{
-    fmt::Write as _,
     io::Write as _,
     path::{Path, PathBuf},
 };
@@ -120,63 +121,8 @@ impl Output {
                 let table = table(quantity, points);
                 write_atomically(path, |out| out.write_all(table.as_bytes())).map_err(Failure::writing)
             }
-            Self::Exr => {
-                let layers: Vec<(String, &Image)> = points
-                    .iter()
-                    .flat_map(|point| {
-                        let name = move |view: &str| format!("{}={} {view}", quantity.column(), point.value);
-                        SWEEP_VIEWS.iter().zip(&point.views).map(move |((view, ..), seen)| (name(view), &seen.image))
-                    })
-                    .collect();
-                image_file::write_exr_layers(path, &layers).map_err(Failure::writing)
-            }
-            Self::Png => {
-                let through = |name: &str, y: &dyn Fn(&SweepPoint) -> f64| Curve {
-                    name: name.into(),
-                    points: points.iter().map(|point| DVec2::new(point.value, y(point))).collect(),
-                };
-                let curves = [
-                    through("displaced surface", &|p| p.views[0].rel_rms),
-                    through("normal-mapped plane", &|p| p.views[1].rel_rms),
-                    through("smooth normals", &|p| p.views[2].rel_rms),
-                    through("flat facets", &|p| p.views[3].rel_rms),
-                    through("relief / distance", &|p| p.relief_mm / p.scene.distance_mm),
-                ];
-                let x = quantity.column().replace("_mm", ", mm");
-                let plot = report::curves(&x, "relative RMS error", &curves);
-                report::write_png(path, &plot).map_err(Failure::writing)
-            }
+            Self::Exr => image_file::write_exr_layers(path, &layers(quantity, points)).map_err(Failure::writing),
+            Self::Png => report::write_png(path, &curves(quantity, points)).map_err(Failure::writing),
         }
     }
-}
-
-/// One line per point; units in the names of the columns, errors without unit.
-fn table(quantity: Quantity, points: &[SweepPoint]) -> String {
-    let mut table = String::from(
-        "swept,value,distance_mm,size_mm,thickness_mm,index,nodes,relief_mm,relief_over_distance,plane_moves",
-    );
-    for (name, ..) in SWEEP_VIEWS {
-        let _ = write!(table, ",{name}_rel_rms,{name}_ssim");
-    }
-    for point in points {
-        let Scene { distance_mm, window, .. } = &point.scene;
-        let ior = point.scene.ior();
-        let _ = write!(
-            table,
-            "\n{},{},{distance_mm},{},{:.4},{ior},{},{:.6},{:.6},{:.6}",
-            quantity.column(),
-            point.value,
-            window.size_mm.x,
-            point.thickness_mm,
-            point.nodes.0,
-            point.relief_mm,
-            point.relief_mm / distance_mm,
-            point.plane_moves
-        );
-        for view in &point.views {
-            let _ = write!(table, ",{:.6},{:.6}", view.rel_rms, view.ssim);
-        }
-    }
-    table.push('\n');
-    table
 }

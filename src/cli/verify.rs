@@ -8,7 +8,7 @@ use super::{
     outcome::error_limit,
     outputs, print,
     progress::TerminalProgress,
-    report_files::{self, file_record},
+    report_files::{self, command, file_record},
     shards::{self, MergeArgs, Shard},
     side_files::{self, expected},
     sweep,
@@ -19,10 +19,7 @@ use crate::{
     record::{SideFile, document},
     report::{
         Exposure,
-        pages::{
-            common::{costs, in_words, judgement_facts, judgement_warnings, light_view, step_views},
-            found::FoundPage,
-        },
+        pages::found::{FoundLight, FoundPage, ReportedFile},
     },
     spec::{Length, Range, Settings, TransferName},
     study::{
@@ -32,11 +29,10 @@ use crate::{
         diagnosis,
         finish::Finished,
         imperfect::{ImperfectView, spread},
-        judge::{self, Examiner, Judgement, Subject},
+        judge::{self, Examiner, Subject},
         placement::{Opened, Placing},
         target_light::TargetLight,
         white::WhiteLight,
-        workpiece::surface_of,
     },
 };
 use clap::{Args, Subcommand, ValueEnum};
@@ -313,7 +309,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     }
     let white = args.white.as_ref().map(|output| white(output, &subject, &examiner, side.as_ref())).transpose()?;
     console::result(document::Result::Verify(Box::new(document::Verify {
-        file: name,
+        file: name.clone(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
         size_mm: subject.size_mm().to_array(),
         bench: bench_document(&scene, subject.entry_z_mm()),
@@ -333,11 +329,20 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
         IrradianceFile::of(output)?.write(output, image, peak)?;
     }
     if let Some(path) = &report {
-        let found = Found { block, side: side.as_ref(), scene: &scene, judgement: &judgement, steps: &steps };
-        found.write(path, args.transfer, &subject, &examiner, warnings, peak / brightest.mean())?;
+        let exposure = exposure(args, side.as_ref(), peak / brightest.mean());
+        let file =
+            ReportedFile { name: &name, title: stem(block), record: file_record(block, None)?, command: command() };
+        let shown = FoundLight { scene: &scene, judgement: &judgement, steps: &steps, exposure };
+        FoundPage::of_judgement(file, side.as_ref(), &subject, &examiner, shown, warnings)?.write(path)?;
         say!("  report         {}", path.display());
     }
     demand(&judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
+}
+
+/// How light is shown as a picture whose brightest is `white`, in means.
+fn exposure(args: &FileArgs, side: Option<&SideFile>, white: f64) -> Exposure {
+    let transfer = args.transfer.or(side.and_then(|side| side.design.transfer)).map(Transfer::from);
+    Exposure { white, transfer: transfer.unwrap_or(Transfer::Srgb) }
 }
 
 fn no_side_file(block: &Path) -> Failure {
@@ -387,61 +392,6 @@ fn white(
     say!("  brightness     {:.4} relative RMS from the light of one colour", fringing.rel_rms);
     say!("  picture        {}", output.display());
     Ok(white)
-}
-
-/// A block that was found, for its report.
-struct Found<'a> {
-    block: &'a Path,
-    side: Option<&'a SideFile>,
-    scene: &'a Scene,
-    judgement: &'a Judgement,
-    steps: &'a [BudgetStep],
-}
-
-impl Found<'_> {
-    /// Writes the report of a block; `white` is the brightest light, in means.
-    fn write(
-        &self,
-        path: &Path,
-        transfer: Option<TransferName>,
-        subject: &Subject,
-        examiner: &Examiner,
-        mut warnings: Vec<String>,
-        white: f64,
-    ) -> Result<(), Failure> {
-        let Self { block, side, scene, judgement, steps } = *self;
-        let Subject::Block(found) = subject else { return Ok(()) };
-        warnings.extend(judgement_warnings(judgement, side.map_or(0.0, |side| side.bench.skirt_share())));
-        let transfer = transfer.or(side.and_then(|side| side.design.transfer)).map(Transfer::from);
-        let exposure = Exposure { white, transfer: transfer.unwrap_or(Transfer::Srgb) };
-        let light = judge::field_of(&judgement.caustic);
-        let target = examiner.target().map(judge::field_of);
-        let verdict = judgement.verdict.as_ref();
-        let note = verdict.map(|verdict| format!("{}.", in_words(&verdict.metrics))).unwrap_or_default();
-        let caustic = light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}"));
-        FoundPage {
-            title: stem(block),
-            file: file_record(block, None)?,
-            command: report_files::command(),
-            side,
-            scene,
-            surface: &surface_of(found)?,
-            entry_z_mm: found.entry_z_mm(),
-            about: format!(
-                "A block of glass as it was found in {}, and the light that comes through it.",
-                block.display()
-            ),
-            warnings,
-            exposure,
-            others: target.as_ref().map(|target| step_views(steps, target, exposure)).unwrap_or_default(),
-            wanted: target.zip(verdict.map(|verdict| verdict.metrics)),
-            light,
-            caustic,
-            budget: costs(steps),
-            facts: vec![judgement_facts(judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
-        }
-        .write(path)
-    }
 }
 
 /// What the light is judged by, and the constant in it. Without a side file a picture need not be named.

@@ -11,6 +11,7 @@ pub mod bench;
 pub mod budget;
 pub mod changed;
 pub mod check;
+pub mod crosscheck;
 pub mod cutters;
 pub mod design;
 pub mod diagnosis;

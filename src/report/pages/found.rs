@@ -1,7 +1,8 @@
 //! The report of a block that was found in a file: as it is, or after it was worked on in simulation.
 
 use super::common::{
-    bench_facts, difference_view, error_highlight, face_rows, highlight, mm, program, row, target_view,
+    bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
+    judgement_warnings, light_view, mm, pair, program, row, step_views, target_view,
 };
 use crate::{
     bench::Bench,
@@ -14,46 +15,165 @@ use crate::{
         isocontours::Isocontours,
         pictures::Exposure,
     },
-    study::bench::{drawn_bench, light_in_words},
+    spec::Length,
+    study::{
+        bench::{drawn_bench, light_in_words},
+        budget::BudgetStep,
+        judge::{self, Examiner, Judgement, Subject},
+        mill::{MillStep, MillStudy},
+        workpiece::{Workpiece, surface_of},
+    },
     surface::HeightField,
 };
 use glam::DVec2;
-use glasswarp_verify::{Scene, metrics::Metrics};
+use glasswarp_verify::{
+    Scene,
+    metrics::{self, Metrics},
+};
 use std::path::Path;
 
 /// What is said of a block from a file.
 pub(crate) struct FoundPage<'a> {
     /// The name of the block.
-    pub(crate) title: String,
+    title: String,
     /// Its file.
-    pub(crate) file: FileRecord,
+    file: FileRecord,
     /// The command that wrote the report.
-    pub(crate) command: String,
-    pub(crate) side: Option<&'a SideFile>,
-    pub(crate) scene: &'a Scene,
-    pub(crate) surface: &'a HeightField,
+    command: String,
+    side: Option<&'a SideFile>,
+    scene: Scene,
+    surface: HeightField,
     /// The entry face, from the mean plane of the exit face, mm.
-    pub(crate) entry_z_mm: f64,
-    pub(crate) about: String,
-    pub(crate) warnings: Vec<String>,
-    pub(crate) exposure: Exposure,
+    entry_z_mm: f64,
+    about: String,
+    warnings: Vec<String>,
+    exposure: Exposure,
     /// The picture as light, if there is one, and how well it is drawn.
-    pub(crate) wanted: Option<(Field<f64>, Metrics)>,
-    pub(crate) light: Field<f64>,
-    pub(crate) caustic: View,
-    pub(crate) others: Vec<(View, View)>,
-    pub(crate) budget: Vec<Cost>,
-    pub(crate) facts: Vec<Facts>,
+    wanted: Option<(Field<f64>, Metrics)>,
+    light: Field<f64>,
+    caustic: View,
+    others: Vec<(View, View)>,
+    budget: Vec<Cost>,
+    facts: Vec<Facts>,
 }
 
-impl FoundPage<'_> {
+/// A block's file, as a report names it.
+pub(crate) struct ReportedFile<'a> {
+    /// As messages call it.
+    pub(crate) name: &'a str,
+    /// Without its extension.
+    pub(crate) title: String,
+    pub(crate) record: FileRecord,
+    /// The command that writes the report.
+    pub(crate) command: String,
+}
+
+/// The light of a block that was found, judged.
+pub(crate) struct FoundLight<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) judgement: &'a Judgement,
+    pub(crate) steps: &'a [BudgetStep],
+    pub(crate) exposure: Exposure,
+}
+
+impl<'a> FoundPage<'a> {
+    /// The report of a block as it was found.
+    pub(crate) fn of_judgement(
+        file: ReportedFile<'_>,
+        side: Option<&'a SideFile>,
+        subject: &Subject,
+        examiner: &Examiner,
+        FoundLight { scene, judgement, steps, exposure }: FoundLight<'a>,
+        mut warnings: Vec<String>,
+    ) -> Result<Self, Failure> {
+        let Some(found) = subject.block() else {
+            return Err(Failure::Usage(format!("{} is no block, and a report is about blocks", file.name)));
+        };
+        warnings.extend(judgement_warnings(judgement, side.map_or(0.0, |side| side.bench.skirt_share())));
+        let light = judge::field_of(&judgement.caustic);
+        let target = examiner.target().map(judge::field_of);
+        let verdict = judgement.verdict.as_ref();
+        let note = verdict.map(|verdict| format!("{}.", in_words(&verdict.metrics))).unwrap_or_default();
+        Ok(Self {
+            about: format!("A block of glass as it was found in {}, and the light that comes through it.", file.name),
+            title: file.title,
+            file: file.record,
+            command: file.command,
+            side,
+            scene: scene.clone(),
+            surface: surface_of(found)?,
+            entry_z_mm: found.entry_z_mm(),
+            warnings,
+            exposure,
+            others: target.as_ref().map(|target| step_views(steps, target, exposure)).unwrap_or_default(),
+            wanted: target.zip(verdict.map(|verdict| verdict.metrics)),
+            caustic: light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}")),
+            light,
+            budget: costs(steps),
+            facts: vec![judgement_facts(judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
+        })
+    }
+
+    /// The report of a block that was worked on in simulation, its light after every step. `feed` is that of the cutter per minute.
+    pub(crate) fn of_milling(
+        file: ReportedFile<'_>,
+        piece: &'a Workpiece,
+        study: &MillStudy,
+        feed: Length,
+        exposure: Exposure,
+    ) -> Result<Self, Failure> {
+        let (last, before) = (study.last(), &study.steps[..study.steps.len() - 1]);
+        let light = judge::field_of(&last.view.image);
+        let target = piece.examiner.target().map_or_else(|| light.clone(), judge::field_of);
+        let note = |step: &MillStep| format!("{}.", in_words(&step.view.metrics));
+        let others = before
+            .iter()
+            .map(|step| pair(&step.name, &target, &judge::field_of(&step.view.image), exposure, note(step)))
+            .collect();
+        let costs = study.steps.iter().map(|step| {
+            let moved = metrics::rel_rms(&step.view.image, &study.steps[0].view.image).map_err(Failure::refused)?;
+            Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
+        });
+        let (pass, cost) = (&study.pass, &study.cost);
+        let way = format!("{:.1} m, {:.0} min at {feed} per minute", 1e-3 * cost.length_mm, cost.minutes(feed.mm));
+        let mut rows = vec![
+            row("Cutter", pass.cutter.to_string()),
+            row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, mm(pass.step_over_mm))),
+            row("Way", way),
+        ];
+        if let Some((scallop, _)) = &study.scallop {
+            rows.push(row("Scallops", format!("{:.3} µm high, slope {:.5}", 1e3 * scallop.height_mm, scallop.slope)));
+        }
+        Ok(Self {
+            about: format!(
+                "{}, worked on in simulation: {}. The face is shown as designed, the light as it is after the work.",
+                file.name, last.name
+            ),
+            title: file.title,
+            file: file.record,
+            command: file.command,
+            side: Some(&piece.side),
+            scene: piece.scene(),
+            surface: piece.surface.clone(),
+            entry_z_mm: piece.block.entry_z_mm(),
+            warnings: Vec::new(),
+            exposure,
+            caustic: light_view("Light after the work", &light, exposure, note(last)),
+            others,
+            budget: costs.collect::<Result<_, Failure>>()?,
+            facts: vec![Facts { title: "Work".into(), rows }],
+            wanted: Some((target, last.view.metrics)),
+            light,
+        })
+    }
+
     /// Writes the report.
     pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
         let face = self.surface.extent();
         let drawing = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
-        let bench = drawn_bench(self.scene, drawing, self.entry_z_mm)?;
-        let light = light_in_words(self.scene, self.entry_z_mm);
-        let (shape, contours) = (FaceShape::of(self.surface), Isocontours::of(self.surface));
+        let bench = drawn_bench(&self.scene, drawing, self.entry_z_mm)?;
+        let light = light_in_words(&self.scene, self.entry_z_mm);
+        let (shape, contours) = (FaceShape::of(&self.surface), Isocontours::of(&self.surface));
         let (extent, (low, high)) = (self.surface.extent(), self.surface.heights_mm().min_max());
         let half = 0.5 * extent.as_vec();
         let mut rows = vec![
@@ -80,7 +200,7 @@ impl FoundPage<'_> {
             warnings: self.warnings,
             highlights,
             model: Model {
-                surface: self.surface,
+                surface: &self.surface,
                 entry_z_mm: self.entry_z_mm,
                 // What stands around the face of a found block is not looked for.
                 outline: vec![-half, DVec2::new(half.x, -half.y), half, DVec2::new(-half.x, half.y)],

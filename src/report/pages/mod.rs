@@ -5,3 +5,4 @@ pub(crate) mod design;
 pub(crate) mod found;
 pub(crate) mod maps;
 pub(crate) mod preview;
+pub(crate) mod sweep;
