@@ -63,6 +63,9 @@
 
 // What all share.
 mod image;
+#[cfg(test)]
+#[path = "../../tests/common/measured.rs"]
+mod measured;
 mod mesh;
 mod random;
 mod spline;

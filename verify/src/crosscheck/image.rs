@@ -103,6 +103,7 @@ fn level(images: &[Vec<f64>; 3], lit: &[bool], columns: usize, rows: usize, size
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
 
     /// Uniform noise of unit variance, by a linear congruence.
     fn noise(seed: u64) -> impl FnMut() -> f64 {
@@ -129,11 +130,11 @@ mod tests {
             // Averaging over size^2 pixels takes out so much noise, and nothing of what is shared:
             // 32 is a multiple.
             let expected = 0.1 / size as f64;
-            assert!((level.noise / expected - 1.0).abs() < 0.1, "{level:?}");
-            assert!((level.without_noise - 0.03).abs() < 0.003, "{level:?}");
-            assert!((level.rel_rms - expected.hypot(0.03)).abs() < 0.005, "{level:?}");
+            at_worst(0.0356, (level.noise / expected - 1.0).abs(), format_args!("noise of {level:?}"));
+            at_worst(4.4e-4, (level.without_noise - 0.03).abs(), format_args!("{level:?} without noise"));
+            at_worst(3.8e-4, (level.rel_rms - expected.hypot(0.03)).abs(), format_args!("{level:?}"));
         }
-        assert!((mean.mean() - 2.0).abs() < 0.02, "{}", mean.mean());
+        at_worst(3.4e-4, (mean.mean() - 2.0).abs(), "mean");
     }
 
     #[test]

@@ -28,6 +28,7 @@ pub(super) fn linear_rgb([x, y, z]: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
 
     #[test]
     fn the_matching_functions_are_those_of_the_standard_observer() {
@@ -40,7 +41,7 @@ mod tests {
             (650.0, [0.2835, 0.1070, 0.0000]),
         ] {
             for (found, wanted) in colour_matching(nm).iter().zip(wanted) {
-                assert!((found - wanted).abs() < 0.03, "{nm}: {found} for {wanted}");
+                at_worst(0.0095, (found - wanted).abs(), format_args!("{nm} nm"));
             }
         }
         // Equal energy has about equal tristimulus values.
@@ -48,7 +49,8 @@ mod tests {
             sums.iter_mut().zip(colour_matching(f64::from(nm))).for_each(|(sum, v)| *sum += v);
             sums
         });
-        assert!((sums[0] / sums[1] - 1.0).abs() < 0.01 && (sums[2] / sums[1] - 1.0).abs() < 0.01, "{sums:?}");
+        at_worst(0.00145, (sums[0] / sums[1] - 1.0).abs(), "x");
+        at_worst(8.5e-4, (sums[2] / sums[1] - 1.0).abs(), "z");
     }
 
     #[test]

@@ -207,6 +207,7 @@ fn each_triangle(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
 
     /// One triangle with normals: 3 positions, 3 normals, 3 indices of 16 bits.
     fn triangle(json: &str) -> Vec<u8> {
@@ -255,7 +256,7 @@ mod tests {
     fn node_transformations_apply() {
         let json = JSON.replace(r#"{"mesh":0}"#, r#"{"mesh":0,"scale":[2,2,2],"translation":[0,0.01,0]}"#);
         let mesh = parse(&triangle(&json), None, Normals::Read).unwrap();
-        assert!((mesh.vertices[2] - DVec3::new(0.0, 4.0, 18.0)).length() < 1e-5);
+        at_worst(2.5e-7, (mesh.vertices[2] - DVec3::new(0.0, 4.0, 18.0)).length(), "vertex");
     }
 
     #[test]
