@@ -2,6 +2,8 @@
 //! form.
 
 mod common;
+#[path = "../../tests/common/measured.rs"]
+mod measured;
 
 use common::{block, relief, scene};
 use glam::{DVec2, DVec3};
@@ -9,6 +11,7 @@ use glasswarp_verify::{
     Block, Emission, Image, Light, PhotonPlan, PhotonTally, Scene, SceneError, SourceExtent, Surface, Tracer, Window,
     beams, photons,
 };
+use measured::at_worst;
 
 const DISTANCE: f64 = 100.0;
 const SIDES: DVec2 = DVec2::new(0.4, 0.3);
@@ -43,8 +46,8 @@ fn moments(tally: &PhotonTally, window_mm: f64) -> DVec2 {
 }
 
 fn near(found: DVec2, wanted: DVec2, what: &str) {
-    // 400 000 photons know a second moment to 0.2 %; an even disc better than a Gaussian.
-    assert!(((found - wanted) / wanted).abs().max_element() < 0.01, "{what}: {found} for {wanted}");
+    // 400 000 photons know a second moment to 0.2 %; an even disc better than a Gaussian. Their seeds are fixed.
+    at_worst(0.0046, ((found - wanted) / wanted).abs().max_element(), what);
 }
 
 #[test]
@@ -63,8 +66,8 @@ fn the_image_of_the_sun_is_a_disc_of_its_angle() {
         };
         (0..10_000).map(inside).sum::<f64>() / image.values.iter().sum::<f64>()
     };
-    assert!((share(0.5 * radius) - 0.25).abs() < 0.01, "{}", share(0.5 * radius));
-    assert!((share(0.8 * radius) - 0.64).abs() < 0.01, "{}", share(0.8 * radius));
+    at_worst(9e-4, (share(0.5 * radius) - 0.25).abs(), "share within half the radius");
+    at_worst(1.8e-3, (share(0.8 * radius) - 0.64).abs(), "share within 0.8 of the radius");
     assert!(share(radius + SIDES.length()) == 1.0);
     let hazy = Scene { spread: SourceExtent::AngularGaussian { rms: 0.005 }, ..scene };
     near(moments(&seen(&pinhole(), &hazy), 6.0), DVec2::splat((DISTANCE * 0.005).powi(2)), "haze");
