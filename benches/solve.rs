@@ -1,5 +1,5 @@
-//! The two costs that brightness warping is made of: one evaluation of its objective with gradient, and one set of heights
-//! from slopes.
+//! The two costs that brightness warping is made of: one evaluation of its objective with gradient,
+//! and one set of heights from slopes.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec2;

@@ -1,5 +1,6 @@
-//! The whole transport solve, beside the cosine transform it is made of: divide the one by the other for a figure that does not
-//! depend on the machine. `GLASSWARP_BENCH_LARGE=1` adds 2049 and 4097 nodes.
+//! The whole transport solve, beside the cosine transform it is made of: divide the one by the
+//! other for a figure that does not depend on the machine. `GLASSWARP_BENCH_LARGE=1` adds 2049 and
+//! 4097 nodes.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glasswarp::{

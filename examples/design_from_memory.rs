@@ -1,4 +1,5 @@
-//! A picture that is in no file becomes a block: `cargo run --release --example design_from_memory`.
+//! A picture that is in no file becomes a block: `cargo run --release --example
+//! design_from_memory`.
 
 use glasswarp::{
     bench::{Bench, ExitFace},

@@ -10,8 +10,8 @@ fn main() -> Result<(), image::ImageError> {
     draw(480, 320, rosette).save(samples.join("rosette/target.png"))
 }
 
-/// A picture of `light(p)` on a 0..1 scale, averaged over each pixel; `p` has its origin in the centre, y up, and the shorter
-/// side spans -1..1.
+/// A picture of `light(p)` on a 0..1 scale, averaged over each pixel; `p` has its origin in the
+/// centre, y up, and the shorter side spans -1..1.
 fn draw(width: u32, height: u32, light: impl Fn(DVec2) -> f64) -> GrayImage {
     const SAMPLES: u32 = 6;
     let scale = 2.0 / f64::from(width.min(height));
@@ -28,8 +28,8 @@ fn draw(width: u32, height: u32, light: impl Fn(DVec2) -> f64) -> GrayImage {
     })
 }
 
-/// Line art with a hand: a letter F in outline, inside of two rings and above a row of strokes that thicken to the right. No
-/// mirror image and no rotation of it looks the same.
+/// Line art with a hand: a letter F in outline, inside of two rings and above a row of strokes that
+/// thicken to the right. No mirror image and no rotation of it looks the same.
 fn letter_f(p: DVec2) -> f64 {
     let ring = |radius: f64, width: f64| (p.length() - radius).abs() < 0.5 * width;
     let boxed = |low: DVec2, high: DVec2| (p - 0.5 * (low + high)).abs() - 0.5 * (high - low);

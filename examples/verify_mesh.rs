@@ -31,7 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Parallel light through it onto a window of 50 x 50 mm, 10 cm away.
     let window = Window { size_mm: DVec2::splat(50.0), centre_mm: DVec2::ZERO, nx: 50, ny: 50 };
     let scene = Scene::new(1.5, 100.0, window);
-    // A regular grid over a planar face is a block, and its face is smooth; everything else is traced as its flat triangles.
+    // A regular grid over a planar face is a block, and its face is smooth; everything else is
+    // traced as its flat triangles.
     let tracer = match Block::from_mesh(&mesh) {
         Ok(block) => Tracer::for_block(&block, &scene)?,
         Err(_) => Tracer::for_solid(&mesh, &Scene { surface: Surface::Facets, ..scene })?,

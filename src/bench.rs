@@ -1,4 +1,5 @@
-//! The optical bench: how light arrives, what the exit face does to it, and where the receiver stands.
+//! The optical bench: how light arrives, what the exit face does to it, and where the receiver
+//! stands.
 
 mod error;
 mod face;
@@ -18,8 +19,9 @@ use std::sync::Arc;
 
 /// A validated bench. See the [frame](crate#frame-units-signs).
 ///
-/// What [`new`](Self::new) does not ask for is chosen by `with_*`, in any order; each checks its part. Only a
-/// [profile](Self::with_profile) belongs to the light that it was measured in: choosing another light drops it.
+/// What [`new`](Self::new) does not ask for is chosen by `with_*`, in any order; each checks its
+/// part. Only a [profile](Self::with_profile) belongs to the light that it was measured in:
+/// choosing another light drops it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     block: Extent,
@@ -37,11 +39,14 @@ impl Bench {
     pub const DISTANCE_LIMITS_MM: (f64, f64) = (1.0, 1_000_000.0);
     /// Accepted refractive indices. Below the lower one the relief would be deeper than any block.
     pub const IOR_LIMITS: (f64, f64) = limits::IOR_LIMITS;
-    /// Accepted thicknesses of a block in the light of a point source, from its entry face to the mean exit plane, mm.
+    /// Accepted thicknesses of a block in the light of a point source, from its entry face to the
+    /// mean exit plane, mm.
     pub const THICKNESS_LIMITS_MM: (f64, f64) = (0.1, 10_000.0);
-    /// Least radius of rounded corners, as a share of half the shorter side: below, use a rectangle and a file.
+    /// Least radius of rounded corners, as a share of half the shorter side: below, use a rectangle
+    /// and a file.
     pub const LEAST_CORNER: f64 = 0.02;
-    /// Least distance of a point source from the entry face, or from the mean plane of a mirror, mm.
+    /// Least distance of a point source from the entry face, or from the mean plane of a mirror,
+    /// mm.
     pub const LEAST_SOURCE_MM: f64 = 1.0;
     /// Greatest angle to the axis at which light from a point source may meet the block, degrees.
     pub const GREATEST_INCIDENCE_DEG: f64 = limits::GREATEST_INCIDENCE_DEG;
@@ -96,8 +101,8 @@ impl Bench {
         self.with_receiver(receiver)
     }
 
-    /// The same bench with the receiver turned about its point on the axis by a rotation vector, radians. Places on it are then
-    /// given in its own coordinates, see [`Receiver`].
+    /// The same bench with the receiver turned about its point on the axis by a rotation vector,
+    /// radians. Places on it are then given in its own coordinates, see [`Receiver`].
     ///
     /// # Errors
     /// A receiver that leans too far, or passes through the block.
@@ -118,7 +123,8 @@ impl Bench {
     /// Refuses a receiver that cannot stand behind this block.
     ///
     /// # Errors
-    /// A distance or a size out of its limits, a receiver that leans too far or passes through the block.
+    /// A distance or a size out of its limits, a receiver that leans too far or passes through the
+    /// block.
     pub fn check_receiver(&self, receiver: &Receiver) -> Result<(), BenchError> {
         length("the distance to the receiver", receiver.distance_mm(), Self::DISTANCE_LIMITS_MM)?;
         let (window, centre_mm) = (receiver.window(), receiver.window_centre_mm());
@@ -143,14 +149,15 @@ impl Bench {
         Ok(())
     }
 
-    /// The same bench with light whose flux is spread unevenly over the block, besides what its geometry gives.
+    /// The same bench with light whose flux is spread unevenly over the block, besides what its
+    /// geometry gives.
     pub fn with_profile(mut self, profile: Profile) -> Self {
         self.profile = Some(Arc::new(profile));
         self
     }
 
-    /// Where the light that a flat face sends out at its middle lands on the receiver, mm in its coordinates: the natural place
-    /// of the picture.
+    /// Where the light that a flat face sends out at its middle lands on the receiver, mm in its
+    /// coordinates: the natural place of the picture.
     ///
     /// # Errors
     /// Light that is kept inside by a flat face, or goes past the receiver.
@@ -161,8 +168,8 @@ impl Bench {
         if at.is_finite() { Ok(at) } else { Err(BenchError::PastReceiver { direction }) }
     }
 
-    /// The same bench with the light travelling along `direction` as it arrives at the structured face (for a block of
-    /// glass: inside of it). Need not be normalised.
+    /// The same bench with the light travelling along `direction` as it arrives at the structured
+    /// face (for a block of glass: inside of it). Need not be normalised.
     ///
     /// # Errors
     /// A direction that is not finite or does not reach the face from its own side.
@@ -179,8 +186,8 @@ impl Bench {
         Ok(self)
     }
 
-    /// The same with the light travelling along `direction` before it meets the block: for glass, which refracts it at the entry face, in
-    /// air. Need not be normalised.
+    /// The same with the light travelling along `direction` before it meets the block: for glass,
+    /// which refracts it at the entry face, in air. Need not be normalised.
     ///
     /// # Errors
     /// Those of [`with_light_direction`](Self::with_light_direction).
@@ -191,11 +198,13 @@ impl Bench {
         self.with_light_direction(if unit == DVec3::ZERO { direction } else { inside })
     }
 
-    /// The same bench in the light of a point source at `position_mm`: for glass, in front of the entry face, which lies at
-    /// `z = -thickness_mm`; for a mirror, in front of the mirror, where the thickness has no meaning and is not looked at.
+    /// The same bench in the light of a point source at `position_mm`: for glass, in front of the
+    /// entry face, which lies at `z = -thickness_mm`; for a mirror, in front of the mirror, where
+    /// the thickness has no meaning and is not looked at.
     ///
     /// # Errors
-    /// A length out of its limits, a source in or next to the block, or light that would graze the block.
+    /// A length out of its limits, a source in or next to the block, or light that would graze the
+    /// block.
     pub fn with_point_source(
         mut self,
         position_mm: DVec3,
@@ -234,7 +243,8 @@ impl Bench {
         let corners = (0..4).map(|k| {
             let at_mm = self.block.node(k % 2, k / 2, 2, 2);
             let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
-            // Where no light arrives this is not a number, and rounding may leave it above 1: both are no more than grazing.
+            // Where no light arrives this is not a number, and rounding may leave it above 1: both
+            // are no more than grazing.
             (at_mm, (inside * self.exit_face.ior()).min(1.0).asin().to_degrees())
         });
         let worst = corners.fold((DVec2::ZERO, 0.0), |worst, corner| if corner.1 > worst.1 { corner } else { worst });
@@ -314,16 +324,16 @@ impl Bench {
         self.light
     }
 
-    /// Unit vector along which the light travels before it meets the block; if it comes from a point, that which arrives at the middle of
-    /// the face.
+    /// Unit vector along which the light travels before it meets the block; if it comes from a
+    /// point, that which arrives at the middle of the face.
     pub fn light_in_air(&self) -> DVec3 {
         let inside = self.light_direction();
         let tangential = inside.truncate() * self.exit_face.ior();
         tangential.extend((1.0 - tangential.length_squared()).max(0.0).sqrt().copysign(inside.z))
     }
 
-    /// Unit vector along which the light travels as it arrives at the structured face; if it comes from a point, at the
-    /// middle of the face.
+    /// Unit vector along which the light travels as it arrives at the structured face; if it comes
+    /// from a point, at the middle of the face.
     pub fn light_direction(&self) -> DVec3 {
         match self.light {
             Light::Parallel { direction } => direction,

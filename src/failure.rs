@@ -92,7 +92,8 @@ impl Failure {
         causes
     }
 
-    /// The same failure with more to read after its own words, such as the places that it speaks of.
+    /// The same failure with more to read after its own words, such as the places that it speaks
+    /// of.
     pub fn with_places(self, places: &str) -> Self {
         match self {
             Self::Usage(what) => Self::Usage(what + places),

@@ -6,7 +6,8 @@
 //! image -> TargetIrradiance -> (WarpMesh -> NormalField ->) HeightField -> Solid -> files
 //! ```
 //!
-//! The verifier (`glasswarp-verify`) starts at the other end: it opens the files, and knows nothing of what made them.
+//! The verifier (`glasswarp-verify`) starts at the other end: it opens the files, and knows nothing
+//! of what made them.
 //!
 //! A picture in memory becomes a file for the shop:
 //!
@@ -26,17 +27,21 @@
 //!
 //! # To read in this order
 //!
-//! 1. [`irradiance`]: what the wall shall show. Pictures of any format, or light of your own: [below](#light-of-your-own).
-//! 2. [`mod@bench`] and [`light`]: where block, light and receiver stand, and what light there is; [`optics`]: refraction and
-//!    reflection at one face; [`materials`]: indices.
-//! 3. [`solver`]: a [`Problem`](solver::Problem) goes in, a [`Solution`](solver::Solution) comes out, and
-//!    [`Progress`](solver::Progress) may end the work in between. [`transport`] is the one to use, [`warp`] is brightness warping, improved and
-//!    as the paper prints it. [`optim`] and [`grid`] are their tools, [`forward`] closes their loops.
+//! 1. [`irradiance`]: what the wall shall show. Pictures of any format, or light of your own:
+//!    [below](#light-of-your-own).
+//! 2. [`mod@bench`] and [`light`]: where block, light and receiver stand, and what light there is;
+//!    [`optics`]: refraction and reflection at one face; [`materials`]: indices.
+//! 3. [`solver`]: a [`Problem`](solver::Problem) goes in, a [`Solution`](solver::Solution) comes
+//!    out, and [`Progress`](solver::Progress) may end the work in between. [`transport`] is the one
+//!    to use, [`warp`] is brightness warping, improved and as the paper prints it. [`optim`] and
+//!    [`grid`] are their tools, [`forward`] closes their loops.
 //! 4. [`surface`]: heights, their spline, and [heights from normals](#heights-from-normals-alone).
 //! 5. [`pipeline`]: all of this in one call; [`memory`]: an estimate of what it takes.
-//! 6. [`solid`]: the closed block, cut from a [`Blank`](solid::Blank); [`export`]: its files, which appear whole or not at all, or
-//!    their bytes.
+//! 6. [`solid`]: the closed block, cut from a [`Blank`](solid::Blank); [`export`]: its files, which
+//!    appear whole or not at all, or their bytes.
 //! 7. [`fabricate`]: cutters and polish in simulation; [`report`]: pictures of what was found.
+//! 8. `spec`, `study`, `record` and `failure` (feature `cli`): settings as people write them, what
+//!    is found out about a block and its files, and what is written down of it.
 //!
 //! The package `glasswarp-verify` opens the files and [traces light through them](#light-through-any-mesh).
 //!

@@ -1,4 +1,5 @@
-//! The incident light: parallel, or from a point source at a finite distance, as it arrives at the structured face.
+//! The incident light: parallel, or from a point source at a finite distance, as it arrives at the
+//! structured face.
 
 mod arriving;
 mod incidence;

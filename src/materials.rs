@@ -16,7 +16,8 @@ pub struct Material {
 /// How the refractive index of a material follows the wavelength `w`, in micrometres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Dispersion {
-    /// Sellmeier's equation, `n^2 = 1 + sum of b w^2 / (w^2 - c)`: pairs of b and c (square micrometres).
+    /// Sellmeier's equation, `n^2 = 1 + sum of b w^2 / (w^2 - c)`: pairs of b and c (square
+    /// micrometres).
     Sellmeier(&'static [(f64, f64)]),
     /// Cauchy's equation with a term for the infrared, `n = a + b / w^2 + c w^2`.
     Cauchy {
@@ -44,15 +45,16 @@ impl Dispersion {
 pub const D_LINE_NM: f64 = 587.6;
 
 impl Material {
-    /// Refractive index at a wavelength (nm, 400 to 700), where the dispersion is known: as published, shifted so that it is the
-    /// catalogue's index at the d line.
+    /// Refractive index at a wavelength (nm, 400 to 700), where the dispersion is known: as
+    /// published, shifted so that it is the catalogue's index at the d line.
     pub fn ior_at(&self, wavelength_nm: f64) -> Option<f64> {
         let dispersion = self.dispersion?;
         Some(self.ior + (dispersion.ior_at(wavelength_nm) - dispersion.ior_at(D_LINE_NM)))
     }
 }
 
-/// The materials known by name. Indices are the usual catalogue values; batches differ by some units of the third decimal.
+/// The materials known by name. Indices are the usual catalogue values; batches differ by some
+/// units of the third decimal.
 pub const MATERIALS: &[Material] = &[
     Material { name: "pmma", description: "cast acrylic, Plexiglas, Perspex", ior: 1.49, dispersion: Some(PMMA) },
     Material { name: "polycarbonate", description: "Makrolon, Lexan", ior: 1.585, dispersion: Some(POLYCARBONATE) },

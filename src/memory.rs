@@ -1,8 +1,9 @@
 //! An estimate of the memory that a design, or tracing a file, takes, made before it is begun.
 //!
-//! A model of the greatest resident size of `glasswarp design`, fitted to measured runs (docs/reliability.md has them). With `N` height
-//! nodes, `P` pixels of the picture, `R` cells of the receiver grid on which the transport solver works (about four for every pixel that
-//! the nodes can draw), and `J` pixels at which the block is judged, at most 1024 across:
+//! A model of the greatest resident size of `glasswarp design`, fitted to measured runs
+//! (docs/reliability.md has them). With `N` height nodes, `P` pixels of the picture, `R` cells of
+//! the receiver grid on which the transport solver works (about four for every pixel that the nodes
+//! can draw), and `J` pixels at which the block is judged, at most 1024 across:
 //!
 //! ```text
 //! solve  = 20 MB + 40 P + 175 R + 50 N
@@ -10,8 +11,9 @@
 //! verify = 40 MB + 40 P + 175 R + 60 J + 190 N + (16 MB + 140 N) for each of OBJ and GLB + 85 N for each other file
 //! ```
 //!
-//! and the greatest of them, in bytes; 32 P more to all where the files are verified, since the verifier reads the picture too. The warping solvers take `550 N` in place of `175 R + 50 N`.
-//! A look at a file at `J` pixels takes `50 MB + 80 J` besides the file.
+//! and the greatest of them, in bytes; 32 P more to all where the files are verified, since the
+//! verifier reads the picture too. The warping solvers take `550 N` in place of `175 R + 50 N`. A
+//! look at a file at `J` pixels takes `50 MB + 80 J` besides the file.
 
 use std::fmt;
 
@@ -35,7 +37,8 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Method {
-    /// By cells of the receiver, see [`TransportOptions::receiver_cells`](crate::transport::TransportOptions::receiver_cells).
+    /// By cells of the receiver, see
+    /// [`TransportOptions::receiver_cells`](crate::transport::TransportOptions::receiver_cells).
     Transport {
         /// How many there are.
         cells: u64,
@@ -84,10 +87,12 @@ const PICTURES: u64 = 30_000_000;
 const PIECES: u64 = 16_000_000;
 /// Bytes for every pixel of the picture as the verifier reads it.
 const SECOND_READING: u64 = 32;
-/// Bytes for every cell of the receiver. The solver's are not all given back before the files are looked at.
+/// Bytes for every cell of the receiver. The solver's are not all given back before the files are
+/// looked at.
 const CELL: u64 = 175;
 
-/// Bytes for every pixel of a window: light by beams and by photons, with sums of squares, and their comparison.
+/// Bytes for every pixel of a window: light by beams and by photons, with sums of squares, and
+/// their comparison.
 const LOOK: u64 = 80;
 
 /// How many there are, of whatever is counted along both sides.
@@ -116,7 +121,8 @@ impl Load {
         Self { verified: Some(files), ..self }
     }
 
-    /// The most memory that it is expected to take. Measured runs took between half of this and all of it.
+    /// The most memory that it is expected to take. Measured runs took between half of this and all
+    /// of it.
     pub fn peak(&self) -> Bytes {
         let reading = if self.verified.is_some() { 40 + SECOND_READING } else { 40 };
         let common = BASE + reading * self.pixels;
@@ -133,7 +139,8 @@ impl Load {
     }
 }
 
-/// The most memory that looking at a file at so many pixels along x and y is expected to take, besides the file itself.
+/// The most memory that looking at a file at so many pixels along x and y is expected to take,
+/// besides the file itself.
 pub fn of_looking(pixels: (usize, usize)) -> Bytes {
     Bytes(BASE + PICTURES + LOOK.saturating_mul(count(pixels)))
 }
@@ -145,8 +152,8 @@ impl Method {
     }
 }
 
-/// The most nodes across, between these limits, for which a design keeps to so much memory, if any do. `at` tells what a number
-/// makes of it, or nothing where it cannot be.
+/// The most nodes across, between these limits, for which a design keeps to so much memory, if any
+/// do. `at` tells what a number makes of it, or nothing where it cannot be.
 pub fn most_nodes_within(
     limit: Bytes,
     (least, most): (usize, usize),

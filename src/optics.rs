@@ -1,9 +1,10 @@
-//! Backward caustics (section 2.2 of the paper): from the directions of light to the normal of the face between them.
+//! Backward caustics (section 2.2 of the paper): from the directions of light to the normal of the
+//! face between them.
 //!
-//! Directions are unit vectors that point *away* from the face: the incident direction `a` is the reverse of the light's
-//! own, the exitant direction `b` is the light's own. With `eta = n_b / n_a` Snell's law reads
-//! `a - (a.n) n = -eta (b - (b.n) n)`, so that `a + eta b` is collinear with the normal, for refraction and, with `eta = 1`,
-//! for reflection alike.
+//! Directions are unit vectors that point *away* from the face: the incident direction `a` is the
+//! reverse of the light's own, the exitant direction `b` is the light's own. With `eta = n_b / n_a`
+//! Snell's law reads `a - (a.n) n = -eta (b - (b.n) n)`, so that `a + eta b` is collinear with the
+//! normal, for refraction and, with `eta = 1`, for reflection alike.
 
 use crate::bench::{Bench, ExitFace};
 use glam::{DVec2, DVec3};
@@ -32,7 +33,8 @@ pub enum OpticsError {
     },
 }
 
-/// Unit normal, on the `+z` side, of a face that turns light arriving from `incident` into `exitant`.
+/// Unit normal, on the `+z` side, of a face that turns light arriving from `incident` into
+/// `exitant`.
 ///
 /// Both are unit vectors that point away from the face. The result has a meaning only where
 /// [`Interface::check`] finds nothing wrong.
@@ -59,7 +61,8 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// The face of this bench in its parallel light; in the light of a point source, as that arrives at the middle of the face.
+    /// The face of this bench in its parallel light; in the light of a point source, as that
+    /// arrives at the middle of the face.
     pub fn of(bench: &Bench) -> Self {
         Self::new(bench.exit_face(), bench.light_direction())
     }
@@ -84,7 +87,8 @@ impl Interface {
         slopes_of_normal(to_receiver.length() * self.incident + self.eta() * to_receiver)
     }
 
-    /// Unit vector along which light leaves a face with the given slopes; `None` if it is totally reflected inside.
+    /// Unit vector along which light leaves a face with the given slopes; `None` if it is totally
+    /// reflected inside.
     pub fn exitant(&self, slopes: DVec2) -> Option<DVec3> {
         let n = normal_of_slopes(slopes);
         let light = -self.incident;
@@ -98,8 +102,8 @@ impl Interface {
         }
     }
 
-    /// Greatest angle, radians, by which the face can turn the light: 90 degrees less the critical angle for glass (the
-    /// paper's footnote 1), 180 degrees for a mirror.
+    /// Greatest angle, radians, by which the face can turn the light: 90 degrees less the critical
+    /// angle for glass (the paper's footnote 1), 180 degrees for a mirror.
     pub fn greatest_deflection(&self) -> f64 {
         match self.face {
             ExitFace::Refracts { .. } => self.eta().acos(),
@@ -107,7 +111,8 @@ impl Interface {
         }
     }
 
-    /// Whether a height field can send the light along `to_receiver`, a vector of any length, from the point `at_mm`.
+    /// Whether a height field can send the light along `to_receiver`, a vector of any length, from
+    /// the point `at_mm`.
     ///
     /// # Errors
     /// Total internal reflection, or a face that would hang over.
@@ -129,11 +134,11 @@ impl Interface {
         }
     }
 
-    /// How strongly the slope answers to a shift of the point where the ray starts, 1/mm: the geometric mean of the two
-    /// singular values of the derivative of (8a, 8b) with respect to `u`.
+    /// How strongly the slope answers to a shift of the point where the ray starts, 1/mm: the
+    /// geometric mean of the two singular values of the derivative of (8a, 8b) with respect to `u`.
     ///
-    /// For perpendicular light and a ray along the axis this is `c / D`, with `c = eta / (1 - eta)` for glass and 1/2 for a
-    /// mirror.
+    /// For perpendicular light and a ray along the axis this is `c / D`, with `c = eta / (1 - eta)`
+    /// for glass and 1/2 for a mirror.
     pub fn slope_gain(&self, to_receiver: DVec3) -> f64 {
         let (i, eta, length) = (self.incident, self.eta(), to_receiver.length());
         let n = length * i + eta * to_receiver;

@@ -19,7 +19,8 @@ pub struct DesignedBlock {
     pub surface: HeightField,
     /// The closed solid under it.
     pub solid: Solid,
-    /// Its light as the solver sees it, for every target, see [`Solution::light`](crate::solver::Solution::light).
+    /// Its light as the solver sees it, for every target, see
+    /// [`Solution::light`](crate::solver::Solution::light).
     pub light: Vec<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
@@ -72,8 +73,8 @@ pub const LEAST_NODES: usize = 9;
 /// Most nodes along a side: indices and memory have been tried up to here.
 pub const GREATEST_NODES: usize = 8193;
 
-/// Height nodes for a block of this size with `across` nodes along its width and, as nearly as whole nodes allow, the same
-/// spacing along its height.
+/// Height nodes for a block of this size with `across` nodes along its width and, as nearly as
+/// whole nodes allow, the same spacing along its height.
 ///
 /// # Errors
 /// A number out of range.
@@ -89,14 +90,14 @@ fn check_nodes((nx, ny): (usize, usize)) -> Result<(), DesignError> {
     if limits.contains(&nx) && limits.contains(&ny) { Ok(()) } else { Err(DesignError::Nodes { nodes: nx, nx, ny }) }
 }
 
-/// Height nodes across a block of this outline on whose face there are as many as on that of a rectangle with `across`, so that the
-/// outline does not matter to how finely a picture is drawn.
+/// Height nodes across a block of this outline on whose face there are as many as on that of a
+/// rectangle with `across`, so that the outline does not matter to how finely a picture is drawn.
 pub fn nodes_within(outline: &Contour, across: usize) -> usize {
     1 + (across.saturating_sub(1) as f64 / outline.share_of_extent().sqrt()).round() as usize
 }
 
-/// Nodes across that do justice to a picture of `pixels` across: two per pixel, as far as that stays quick to solve and to
-/// load in the programs that open the files.
+/// Nodes across that do justice to a picture of `pixels` across: two per pixel, as far as that
+/// stays quick to solve and to load in the programs that open the files.
 pub fn default_nodes(pixels: usize) -> usize {
     (2 * pixels + 1).clamp(257, 1025)
 }
@@ -104,8 +105,9 @@ pub fn default_nodes(pixels: usize) -> usize {
 /// Solves for the exit face and closes the solid under it.
 ///
 /// # Errors
-/// A number of nodes out of range along either side, a blank that cannot be, a problem that the solver does not do, a picture
-/// that physics forbids on this bench, a relief that the blank does not hold.
+/// A number of nodes out of range along either side, a blank that cannot be, a problem that the
+/// solver does not do, a picture that physics forbids on this bench, a relief that the blank does
+/// not hold.
 pub fn design(
     problem: &Problem<'_>,
     nodes: (usize, usize),
@@ -127,8 +129,9 @@ pub fn design(
     Ok(DesignedBlock { surface: solution.exit, solid, light: solution.light, summary: solution.summary })
 }
 
-/// How far an exit face must go on beyond its border, on every side, so that all light that leaves by it enters an entry face as large
-/// as that at `entry_z_mm`, mm; 0 if it all enters below the face.
+/// How far an exit face must go on beyond its border, on every side, so that all light that leaves
+/// by it enters an entry face as large as that at `entry_z_mm`, mm; 0 if it all enters below the
+/// face.
 pub fn overshoot_mm(surface: &HeightField, bench: &Bench, entry_z_mm: f64) -> f64 {
     if bench.exit_face() == ExitFace::Reflects {
         return 0.0;

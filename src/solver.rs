@@ -2,7 +2,8 @@
 //!
 //! A [`Problem`] says what is asked for, [`Progress`] watches and may end the work, a [`Solution`]
 //! holds the faces that were found. Solvers use no clock, no files and no threads of their own:
-//! their loops run on the current pool of `rayon`, which is the calling thread where there are none.
+//! their loops run on the current pool of `rayon`, which is the calling thread where there are
+//! none.
 
 mod error;
 mod problem;
@@ -22,9 +23,9 @@ pub struct Solution {
     pub exit: HeightField,
     /// The entry face, if it was free.
     pub entry: Option<HeightField>,
-    /// Where it is weak: the light of these faces as the solver sees it, one field for every target in its order, on the
-    /// cells of the target as far as the nodes can draw it, mean 1 if none is lost. Empty from solvers that do not look at the light of
-    /// their result.
+    /// Where it is weak: the light of these faces as the solver sees it, one field for every target
+    /// in its order, on the cells of the target as far as the nodes can draw it, mean 1 if none is
+    /// lost. Empty from solvers that do not look at the light of their result.
     pub light: Vec<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
@@ -56,9 +57,9 @@ pub trait Solver {
     /// Solves for faces of `nx` by `ny` height nodes.
     ///
     /// # Errors
-    /// A problem that this solver does not do, a picture that physics forbids on this bench, numerics
-    /// that break down, and [`SolveError::Cancelled`]. Reaching an iteration limit is no error: the
-    /// [`Summary`] reports it.
+    /// A problem that this solver does not do, a picture that physics forbids on this bench,
+    /// numerics that break down, and [`SolveError::Cancelled`]. Reaching an iteration limit is no
+    /// error: the [`Summary`] reports it.
     fn solve(
         &self,
         problem: &Problem<'_>,

@@ -1,4 +1,5 @@
-//! Every bench from the command line: mirrors, light from the side, lamps, beams, leaning receivers.
+//! Every bench from the command line: mirrors, light from the side, lamps, beams, leaning
+//! receivers.
 
 mod common;
 

@@ -138,7 +138,8 @@ fn the_budget_tells_the_plane_from_the_surface() {
     let near = workshop.run("design picture.png -o near.stl --nodes 97 --distance 60").out;
     let far = workshop.run("design picture.png -o far.stl --nodes 97 --distance 900").out;
     for out in [&near, &far] {
-        // The solver's view of its own surface and the verifier's of the file are one light, and the file has all digits that matter.
+        // The solver's view of its own surface and the verifier's of the file are one light, and
+        // the file has all digits that matter.
         let own = figure(out, "the solver's own map");
         let step = format!("{}.stl read back, its smooth surface", if out == &near { "near" } else { "far" });
         assert!((figure(out, &step) - own).abs() < 2e-3, "{step}: {out}");
@@ -150,7 +151,8 @@ fn the_budget_tells_the_plane_from_the_surface() {
     assert!(plane(&near) > 5.0 * plane(&far), "{near}{far}");
 }
 
-/// Text of a closed plano-convex lens as PLY: a spherical cap of radius 60 mm on a disc of radius 20 mm.
+/// Text of a closed plano-convex lens as PLY: a spherical cap of radius 60 mm on a disc of radius
+/// 20 mm.
 fn lens_ply() -> String {
     let (rings, sectors, radius, rim) = (40, 96, 60.0_f64, 20.0_f64);
     let height = |r: f64| (radius * radius - r * r).sqrt() - (radius * radius - rim * rim).sqrt();
@@ -187,7 +189,8 @@ fn lens_ply() -> String {
 fn a_solid_of_others_is_traced_without_a_side_file() {
     let workshop = Workshop::new();
     fs::write(workshop.path("lens.ply"), lens_ply()).unwrap();
-    // Focal length 60 / (1.5 - 1) = 120 mm; the light passes through 39.9 x 39.9 mm minus the corners.
+    // Focal length 60 / (1.5 - 1) = 120 mm; the light passes through 39.9 x 39.9 mm minus the
+    // corners.
     let line = "verify lens.ply --ior 1.5 --distance 120 --window 8mm --pixels 32 --photons 200000 -o focus.exr";
     let outcome = workshop.run(line);
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
@@ -385,7 +388,8 @@ fn a_sweep_gives_numbers_images_and_curves() {
         assert_eq!(outcome.code, FINE, "{}", outcome.err);
         assert_eq!(columns("one.csv", column), columns("one.csv", "value"), "{range}");
     }
-    // Light along the axis does not care how thick the block is; a sheet that the relief does not fit into is passed over.
+    // Light along the axis does not care how thick the block is; a sheet that the relief does not
+    // fit into is passed over.
     let outcome = workshop.run("verify block.stl --sweep thickness=3..60 --steps 3 -o thick.csv");
     assert!(outcome.code == FINE && outcome.err.contains("thickness_mm = 3"), "{}", outcome.err);
     let errors = columns("thick.csv", "displaced_rel_rms");

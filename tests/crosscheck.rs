@@ -7,7 +7,8 @@ use common::{
     workshop::{FILE, FINE, REFUSED, SHORT, Workshop},
 };
 
-/// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the verifier.
+/// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the
+/// verifier.
 const POVRAY: [f64; 3] = [0.0178, 0.0173, 0.0178];
 const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0214];
 
@@ -32,16 +33,19 @@ fn numbers(out: &str, words: &str) -> Vec<f64> {
     line.split_whitespace().filter_map(|word| word.parse().ok()).collect()
 }
 
-/// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um. At most so many rays land by one only.
+/// In map mode: rms, percentiles (50, 90, 99, 99.9) and the worst distance, um. At most so many
+/// rays land by one only.
 fn map(workshop: &Workshop, renderer: &str, contested: f64) -> Vec<f64> {
-    // Mitsuba's rays go on a little beside where they arrived, by 4.4 um in the most oblique light here.
+    // Mitsuba's rays go on a little beside where they arrived, by 4.4 um in the most oblique light
+    // here.
     let limit_mm = if renderer == "mitsuba" { 0.005 } else { 0.003 };
     let line = format!("crosscheck block.stl --with {renderer} --pixels 256 --max-difference {limit_mm}");
     let outcome = workshop.run(&line);
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
     assert!(numbers(&outcome.out, "rays")[1] <= contested, "{}", outcome.out);
     assert!(workshop.path(&format!("block.crosscheck-{renderer}/README.txt")).exists());
-    // Renderers see interpolated normals, the picture was made for the spline: both are micrometres apart.
+    // Renderers see interpolated normals, the picture was made for the spline: both are micrometres
+    // apart.
     let spline = numbers(&outcome.out, "the spline surface");
     assert!(spline[0] > 0.0, "{}", outcome.out);
     numbers(&outcome.out, "same normals, interpolated")
@@ -53,8 +57,8 @@ fn povray_lands_rays_where_the_verifier_does() {
         return;
     }
     let um = map(&block(), "povray", 0.0);
-    // Uniform rounding to steps of 62 mm / 65535 in x and y is 0.39 um rms and 0.67 um at worst; POV-Ray keeps vertices and
-    // normals in single precision.
+    // Uniform rounding to steps of 62 mm / 65535 in x and y is 0.39 um rms and 0.67 um at worst;
+    // POV-Ray keeps vertices and normals in single precision.
     within_tenth_of(0.33, um[0], "rms");
     within_tenth_of(0.57, um[5], "worst");
 }
@@ -74,14 +78,16 @@ fn blender_lands_rays_where_the_verifier_does() {
 /// In oblique light a ray may graze the wall by the one and the face by the other.
 const GRAZING: f64 = 1.0;
 
-/// Rays that pass exactly through an edge of two triangles may be lost by Mitsuba: 10 of 45 056 are in straight light.
+/// Rays that pass exactly through an edge of two triangles may be lost by Mitsuba: 10 of 45 056 are
+/// in straight light.
 const MITSUBA_LOSES: f64 = 11.0;
 
-/// A bench, and what is measured there, um: of POV-Ray rms and the worst, of Blender and Mitsuba the percentiles 50 and 99
-/// and the worst.
+/// A bench, and what is measured there, um: of POV-Ray rms and the worst, of Blender and Mitsuba
+/// the percentiles 50 and 99 and the worst.
 type Landing = (&'static str, [f64; 2], [f64; 3], [f64; 3]);
 
-/// Light at an angle onto a leaning receiver, light from near by, mirrors: what renderers know nothing of as a bench.
+/// Light at an angle onto a leaning receiver, light from near by, mirrors: what renderers know
+/// nothing of as a bench.
 const BENCHES: [Landing; 4] = [
     ("--ior 1.49 --tilt 15deg --receiver-tilt 20deg,30deg", [0.35, 0.6], [0.2, 0.24, 0.3], [4.44, 6.04, 7.58]),
     ("--ior 1.49 --source-distance 200mm --tilt 5deg,50deg", [0.57, 0.99], [0.32, 0.42, 0.45], [2.62, 4.92, 5.61]),
@@ -96,8 +102,9 @@ const BENCHES: [Landing; 4] = [
 
 #[test]
 fn renderers_land_rays_of_round_blocks_where_the_verifier_does() {
-    // Between the last whole cells and the outline renderers interpolate over other triangles, which one ray of a thousand
-    // meets; else they do as in rectangular blocks. Percentiles 50, 99 and 99.9, um.
+    // Between the last whole cells and the outline renderers interpolate over other triangles,
+    // which one ray of a thousand meets; else they do as in rectangular blocks. Percentiles 50, 99
+    // and 99.9, um.
     for (outline, povray, blender) in
         [("circle", [0.31, 0.71, 9.97], [0.19, 0.67, 10.52]), ("rounded:8mm", [0.31, 0.57, 5.22], [0.18, 0.4, 5.05])]
     {
@@ -133,7 +140,8 @@ fn renderers_land_rays_where_the_verifier_does_on_every_bench() {
             }
         };
         if povray {
-            // As in straight light; the picture is larger on a leaning receiver, and so are its steps.
+            // As in straight light; the picture is larger on a leaning receiver, and so are its
+            // steps.
             let um = um("povray", GRAZING);
             hold(&of_povray, &[um[0], um[5]], "POV-Ray");
         }
@@ -159,7 +167,8 @@ fn has_package(name: &str) -> bool {
 fn mitsuba_lands_rays_where_the_verifier_does() {
     if has_package("mitsuba") {
         let um = map(&block(), "mitsuba", MITSUBA_LOSES);
-        // Everything is in single precision there, and a ray goes on a little beside where it arrived.
+        // Everything is in single precision there, and a ray goes on a little beside where it
+        // arrived.
         within_tenth_of(0.74, um[1], "50 %");
         within_tenth_of(1.23, um[3], "99 %");
         within_tenth_of(1.25, um[5], "worst");
@@ -250,7 +259,8 @@ fn a_renderer_that_is_missing_or_fails_is_an_error_and_the_scene_stays() {
     workshop.refuses("crosscheck nothing.stl --with povray", FILE, &["nothing.stl"]);
 }
 
-/// What image mode says at 128 pixels across: difference of one run, its noise, and the difference without the noise.
+/// What image mode says at 128 pixels across: difference of one run, its noise, and the difference
+/// without the noise.
 fn image(workshop: &Workshop, renderer: &str, pixels: usize) -> [f64; 3] {
     let outcome = workshop.run(&format!("crosscheck block.stl --with {renderer} --mode image --pixels {pixels}"));
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
@@ -302,7 +312,8 @@ fn povray_and_blender_draw_the_verifiers_caustic_finely() {
 #[test]
 #[ignore = "minutes"]
 fn mitsuba_and_luxcore_draw_the_verifiers_caustic() {
-    // Noisy renderers: what their runs share with each other but not with the verifier must drown in that.
+    // Noisy renderers: what their runs share with each other but not with the verifier must drown
+    // in that.
     if has_package("mitsuba") {
         for (measured, found) in [0.0324, 0.0319, 0.0054].into_iter().zip(image(&block(), "mitsuba", 512)) {
             prints_within_tenth_of(measured, found, "mitsuba");

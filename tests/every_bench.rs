@@ -1,5 +1,6 @@
-//! Every command that judges, on every kind of bench: its figures are those of the table in docs/verification.md, and within a factor of those in
-//! straight light, or it is refused by name. `GLASSWARP_BLESS=1` writes the table.
+//! Every command that judges, on every kind of bench: its figures are those of the table in
+//! docs/verification.md, and within a factor of those in straight light, or it is refused by name.
+//! `GLASSWARP_BLESS=1` writes the table.
 
 mod common;
 
@@ -13,7 +14,8 @@ const PIXELS: u32 = 64;
 const COMMON: &str = "--size 60mm --distance 150mm --nodes 97 --transfer linear --no-report";
 const CUTTER: &str = "--cutter ball:3mm --step-over 0.1mm";
 
-/// Name, flags of the design, words that must be in the report, and the bench whose figures are the measure.
+/// Name, flags of the design, words that must be in the report, and the bench whose figures are the
+/// measure.
 const BENCHES: [(&str, &str, &str, &str); 13] = [
     ("straight", "--material pmma", "parallel, straight onto", "straight"),
     ("tilted", "--tilt 20deg --material pmma --wavelength 532nm", "20.0 degrees from the top", "straight"),
@@ -49,7 +51,8 @@ const COLUMNS: [(&str, f64); 11] = [
     ("sweep, as built", 3.4),
     ("sweep of the index", 1.6),
 ];
-/// Figures may be off those of the table by this part, or by this: the error of 0.2 million photons plays no part, beams have no noise.
+/// Figures may be off those of the table by this part, or by this: the error of 0.2 million photons
+/// plays no part, beams have no noise.
 const MARGIN: (f64, f64) = (0.1, 0.002);
 
 type Figures = BTreeMap<&'static str, Option<f64>>;
@@ -104,7 +107,8 @@ impl Bench {
         // The file of the milled block, opened by a stranger, draws what was promised.
         let again = self.json(&format!("verify {stem}.milled.stl --photons 1000"), &[FINE]);
         let (again, last) = (again["result"]["judgement"]["picture"]["rel_rms"].as_f64().unwrap(), last.unwrap());
-        // It has the design's own nodes, which hold the polished face but for a part of its small error.
+        // It has the design's own nodes, which hold the polished face but for a part of its small
+        // error.
         assert!((again / last - 1.0).abs() < 0.2, "{stem}: the milled file has {again}, mill said {last}");
 
         self.tolerances(&mut figures);
@@ -168,7 +172,8 @@ impl Bench {
         }
         let seen = self.json(&white, &[FINE]);
         let parting = seen["result"]["white"]["parting_rms_mm"].as_f64().unwrap();
-        // The blue and the red of pmma part by a twentieth of what light is bent by, and that is some millimetres here.
+        // The blue and the red of pmma part by a twentieth of what light is bent by, and that is
+        // some millimetres here.
         assert!((0.01..3.0).contains(&parting), "{stem}: colours part by {parting} mm");
     }
 }

@@ -10,8 +10,8 @@ use std::{
 };
 use workshop::{FINE, Workshop};
 
-/// What is tried in the place of every number; those that ask for much work, and may have it, are not among them. Bare numbers are
-/// millimetres, degrees, nanometres.
+/// What is tried in the place of every number; those that ask for much work, and may have it, are
+/// not among them. Bare numbers are millimetres, degrees, nanometres.
 const NUMBERS: [&str; 11] =
     ["nan", "inf", "-inf", "-1", "-0", "0", "1e-300", "1e300", "-1e300", "4294967296", "18446744073709551616"];
 
@@ -175,7 +175,8 @@ fn of_crosscheck() {
     try_command(6);
 }
 
-/// A window of many more pixels than anything holds is refused by their number, not found out while they are filled.
+/// A window of many more pixels than anything holds is refused by their number, not found out while
+/// they are filled.
 #[test]
 fn more_pixels_than_a_window_holds_are_refused() {
     let shop = Workshop::new();
@@ -189,7 +190,8 @@ fn more_pixels_than_a_window_holds_are_refused() {
     assert!(narrow.code == FINE && narrow.out.contains("(366 x 32768 pixels)"), "{}{}", narrow.out, narrow.err);
 }
 
-/// Work beyond the memory that is free is refused by name before it is begun, with what would fit, which is let through.
+/// Work beyond the memory that is free is refused by name before it is begun, with what would fit,
+/// which is let through.
 #[test]
 fn previews_looks_and_sweeps_beyond_the_memory_are_refused() {
     let shop = Workshop::new();

@@ -13,8 +13,8 @@ use glasswarp::{
 };
 use std::{fs, process::Stdio};
 
-/// Reads a height field (columns, rows, width, height, then heights) and lines "kind radius corner x y", and prints the tip heights of
-/// OpenCAMLib's drop-cutter on the triangulated field.
+/// Reads a height field (columns, rows, width, height, then heights) and lines "kind radius corner
+/// x y", and prints the tip heights of OpenCAMLib's drop-cutter on the triangulated field.
 const DROP: &str = r"
 import sys, opencamlib as ocl
 words = iter(sys.stdin.read().split())
@@ -45,8 +45,8 @@ for (kind, radius, corner), points in groups.items():
         print('%.6f %.6f %.12f' % (point.x, point.y, point.z))
 ";
 
-/// The triangles of a spacing of 0.05 mm lie up to 0.05^2 / (8 r) below a face of radius r, and the cutter with them; a sharp rim meets
-/// them anywhere. Radii go down to 2.5 mm here.
+/// The triangles of a spacing of 0.05 mm lie up to 0.05^2 / (8 r) below a face of radius r, and the
+/// cutter with them; a sharp rim meets them anywhere. Radii go down to 2.5 mm here.
 const TRIANGLES_UM: f64 = 0.25;
 
 #[test]

@@ -1,5 +1,6 @@
-//! What a workshop gets, before programs that workshops use: FreeCAD, Gmsh and truck open the STEP file, PrusaSlicer the 3MF,
-//! admesh the STL; and the verifier finds the same optical face in every file and every shape of the block.
+//! What a workshop gets, before programs that workshops use: FreeCAD, Gmsh and truck open the STEP
+//! file, PrusaSlicer the 3MF, admesh the STL; and the verifier finds the same optical face in every
+//! file and every shape of the block.
 
 mod common;
 
@@ -22,7 +23,8 @@ use tempfile::TempDir;
 
 const DISTANCE_MM: f64 = 200.0;
 
-/// A face that bends light by some millimetres, level across its border as that of a block whose picture is as large as it.
+/// A face that bends light by some millimetres, level across its border as that of a block whose
+/// picture is as large as it.
 fn face(nx: usize, ny: usize) -> HeightField {
     let extent = Extent::new(60.0, 40.0);
     let heights = Field::from_fn(nx, ny, |i, j| {
@@ -53,7 +55,8 @@ fn solid(surface: &HeightField, shape: Shape) -> Solid {
     Solid::shaped(surface, Stock::of_thickness(12.0), shape).unwrap()
 }
 
-/// STEP files of every shape, on a coarse net and on the net of all nodes, with their solid and number of faces.
+/// STEP files of every shape, on a coarse net and on the net of all nodes, with their solid and
+/// number of faces.
 struct StepFiles {
     folder: TempDir,
     files: Vec<(String, Solid, usize)>,
@@ -89,7 +92,8 @@ impl StepFiles {
         self.folder.path().join(name)
     }
 
-    /// Holds what a kernel says of every file (name, closed solids, faces, volume) against what was written.
+    /// Holds what a kernel says of every file (name, closed solids, faces, volume) against what was
+    /// written.
     fn judge(&self, said: &str, kernel: &str) {
         let said: Vec<Vec<&str>> = said
             .lines()
@@ -270,7 +274,8 @@ fn the_verifier_finds_the_same_face_and_picture_in_every_shape_and_format() {
             }
             let seen = picture(&block);
             match &plain {
-                // What f32 costs at another origin, and a coarser net: far below what any picture shows.
+                // What f32 costs at another origin, and a coarser net: far below what any picture
+                // shows.
                 Some(plain) => {
                     let moved = metrics::compare(&seen, plain).unwrap().rel_rms;
                     assert!(moved < 3e-3, "{name}.{format} moves the light by {moved}");
@@ -378,7 +383,8 @@ fn height_maps_give_the_heights_back_within_their_resolution() {
 #[test]
 fn height_maps_for_a_cutter_give_its_tips_back() {
     let folder = tempfile::tempdir().unwrap();
-    // A dome of radius 80 mm: the centre of a ball that touches it moves on a sphere of 80 mm and its radius.
+    // A dome of radius 80 mm: the centre of a ball that touches it moves on a sphere of 80 mm and
+    // its radius.
     let (extent, (nx, ny)) = (Extent::new(40.0, 30.0), (161, 121));
     let dome = |r: f64| move |i, j| (r * r - extent.node(i, j, nx, ny).length_squared()).sqrt();
     let surface = HeightField::new(extent, Field::from_fn(nx, ny, dome(80.0)));
@@ -424,8 +430,9 @@ fn a_rim_above_the_face_stops_the_light_that_would_hit_it() {
         beams(&Tracer::for_block(&block, &Scene::new(1.49, 200.0, window)).unwrap(), BEAMS, 8).flux.side
     };
     assert_eq!(lost(-12.0), 0.0);
-    // Refraction at slope 1/4: sin b = 1.49 sin a, deflected by b - a towards the high side. At x mm from the wall there the plane
-    // of the rim (rise 1) is 1 + x/4 above the face: what starts nearer than its way there is lost.
+    // Refraction at slope 1/4: sin b = 1.49 sin a, deflected by b - a towards the high side. At x
+    // mm from the wall there the plane of the rim (rise 1) is 1 + x/4 above the face: what starts
+    // nearer than its way there is lost.
     let a = 0.25_f64.atan();
     let per_mm = ((1.49 * a.sin()).asin() - a).tan();
     let x = per_mm / (1.0 - 0.25 * per_mm);

@@ -1,8 +1,9 @@
-//! Files that lie: no reader panics, and none takes more memory than the length of its file pays for.
+//! Files that lie: no reader panics, and none takes more memory than the length of its file pays
+//! for.
 //!
-//! Every format has a corpus of valid files, which are damaged at random (`common/fuzz.rs`), and lies made by hand. The long
-//! run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test hostile_files -- --nocapture`; docs/reliability.md has
-//! its figures.
+//! Every format has a corpus of valid files, which are damaged at random (`common/fuzz.rs`), and
+//! lies made by hand. The long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test
+//! hostile_files -- --nocapture`; docs/reliability.md has its figures.
 
 #[path = "common/fuzz.rs"]
 mod fuzz;
@@ -392,7 +393,8 @@ fn solids_that_claim_more_than_they_hold_are_refused_by_name() {
     mend_glb(&mut many);
     assert!(refused(Format::Gltf, &many).contains("more points than it has bytes"));
 
-    // A spline with one span a ten-millionth of the others: sampled at equal steps it takes gigabytes.
+    // A spline with one span a ten-millionth of the others: sampled at equal steps it takes
+    // gigabytes.
     let step = String::from_utf8(exported("step")).unwrap().replace('\n', "");
     let knots = step.find("(4,").map(|at| at + step[at..].find("),(").unwrap() + 3).unwrap();
     // After the multiplicities of the other direction.
@@ -471,8 +473,8 @@ fn pictures_that_claim_more_than_is_allowed_are_refused_before_they_are_decoded(
     assert!(matches!(pnm, Err(PictureError::Memory { .. } | PictureError::Broken { .. })), "{pnm:?}");
 }
 
-/// Found by damaged files: a JPEG of some hundred bytes that takes seconds, and pictures in a drawing whose size is lost in single precision
-/// beside their place, at which resvg panics.
+/// Found by damaged files: a JPEG of some hundred bytes that takes seconds, and pictures in a
+/// drawing whose size is lost in single precision beside their place, at which resvg panics.
 #[test]
 fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refused_by_both_readers() {
     let refused = |bytes: &[u8], words: [&str; 2]| {

@@ -1,5 +1,5 @@
-//! Meshes that are sound files and odd solids: finding out what each is, and looking through it if it is a block, takes time in proportion
-//! to its size.
+//! Meshes that are sound files and odd solids: finding out what each is, and looking through it if
+//! it is a block, takes time in proportion to its size.
 
 use cpu_time::ProcessTime;
 use glam::{DVec2, DVec3};

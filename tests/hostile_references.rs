@@ -1,7 +1,9 @@
-//! Picture files that lie, before the verifier's own reader: it never panics, and takes no more memory than a file's length pays for.
+//! Picture files that lie, before the verifier's own reader: it never panics, and takes no more
+//! memory than a file's length pays for.
 //!
-//! The corpus is the chart in every format, depth, profile and orientation (`common/chart.rs`), damaged at random (`common/fuzz.rs`);
-//! the long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test hostile_references -- --nocapture`.
+//! The corpus is the chart in every format, depth, profile and orientation (`common/chart.rs`),
+//! damaged at random (`common/fuzz.rs`); the long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test
+//! --release --test hostile_references -- --nocapture`.
 
 #[path = "common/chart.rs"]
 mod chart;
@@ -12,8 +14,9 @@ use fuzz::{Read, Target, cases};
 use glasswarp_verify::reference::{ReadOptions, Reference};
 use std::time::Instant;
 
-/// Small files may be of any number of pixels below 65536; beyond that a byte of deflate stands for some thousand samples, and each of
-/// these is held as a number, as light, and as what is done to it.
+/// Small files may be of any number of pixels below 65536; beyond that a byte of deflate stands for
+/// some thousand samples, and each of these is held as a number, as light, and as what is done to
+/// it.
 fn memory(length: usize) -> usize {
     (24 << 20) + 40_000 * length
 }

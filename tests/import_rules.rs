@@ -1,4 +1,5 @@
-//! Who may import whom: no file imports in a circle, and folders import as `docs/ARCHITECTURE.md` says.
+//! Who may import whom: no file imports in a circle, and folders import as `docs/ARCHITECTURE.md`
+//! says.
 
 #[path = "import_rules/sources.rs"]
 mod sources;
@@ -11,7 +12,8 @@ const VERIFY: Package = Package { name: "glasswarp_verify", folder: "verify/src"
 
 const DESIGNER: Package = Package { name: "glasswarp", folder: "src", roots: &["lib.rs", "main.rs"] };
 
-/// The stages of the designer, and what stands on them, each with what it may import besides itself.
+/// The stages of the designer, and what stands on them, each with what it may import besides
+/// itself.
 const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
     ("materials", &[]),
     ("optics", &[]),
@@ -102,8 +104,8 @@ const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// The layers of the verifier, each with what it may import besides itself. A file beside the folders is one of its own; `lib.rs`
-/// is the front of all.
+/// The layers of the verifier, each with what it may import besides itself. A file beside the
+/// folders is one of its own; `lib.rs` is the front of all.
 const VERIFY_LAYERS: &[(&str, &[&str])] = &[
     ("image", &[]),
     ("random", &[]),

@@ -1,5 +1,5 @@
-//! A run that ends too early, of whatever cause: files of its outputs are the older ones or the whole new ones, and the next run
-//! makes what it should have made.
+//! A run that ends too early, of whatever cause: files of its outputs are the older ones or the
+//! whole new ones, and the next run makes what it should have made.
 #![cfg(unix)]
 
 #[path = "common/workshop.rs"]
@@ -38,8 +38,8 @@ fn command(folder: &Path, line: &str) -> Command {
 /// Names and contents.
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// The visible files of a folder and what is in them; hidden ones by name only. Of a report, which tells the time that it took,
-/// whether it is whole.
+/// The visible files of a folder and what is in them; hidden ones by name only. Of a report, which
+/// tells the time that it took, whether it is whole.
 fn contents(folder: &Path) -> (Files, Vec<String>) {
     let (mut files, mut hidden) = (BTreeMap::new(), Vec::new());
     for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
@@ -85,7 +85,8 @@ fn furnish(folder: &Path, files: &Files) {
     fs::write(folder.join(glasswarp_files::NAME), record).unwrap();
 }
 
-/// Ends runs at moments that are spread over their time, and looks at what they leave; then at what the next run makes of it.
+/// Ends runs at moments that are spread over their time, and looks at what they leave; then at what
+/// the next run makes of it.
 fn ends_at_any_moment(signal: &str, moments: std::ops::Range<u32>, of: u32) {
     let (older, new, took) = before_and_after();
     let mut early = 0;

@@ -1,5 +1,6 @@
-//! A picture whose right light is known by construction, through the whole command: what arrives on the wall is compared with the numbers
-//! of the chart (`common/chart.rs`), and with no reader's opinion of the file.
+//! A picture whose right light is known by construction, through the whole command: what arrives on
+//! the wall is compared with the numbers of the chart (`common/chart.rs`), and with no reader's
+//! opinion of the file.
 
 #[path = "common/chart.rs"]
 mod chart;
@@ -61,10 +62,12 @@ fn worst_part(found: &[f64]) -> (f64, String) {
     worst
 }
 
-/// Measured: 0.0140 (the fourth step of the wedge, 97 nodes); half a step of 8 bits is up to 0.0046 more; and a tenth.
+/// Measured: 0.0140 (the fourth step of the wedge, 97 nodes); half a step of 8 bits is up to 0.0046
+/// more; and a tenth.
 const WITHIN: f64 = 0.020;
 
-/// Designs and verifies a file; `None` if a reader refuses it by name, or the two of them disagree about it.
+/// Designs and verifies a file; `None` if a reader refuses it by name, or the two of them disagree
+/// about it.
 fn through_the_command(case: &Case) -> Option<(f64, String)> {
     let workshop = Workshop::new();
     let picture = format!("chart.{}", case.extension);

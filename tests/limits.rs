@@ -1,4 +1,5 @@
-//! The library takes any number: what makes no sense is a typed error, never a panic and never a bench that is none.
+//! The library takes any number: what makes no sense is a typed error, never a panic and never a
+//! bench that is none.
 
 use glam::{DVec2, DVec3};
 use glasswarp::{

@@ -13,7 +13,8 @@ use std::{
 };
 use workshop::{FINE, REFUSED, Workshop};
 
-/// Between these shares of what was told lie the peaks that were measured. Above 1 a design would be killed that was let through.
+/// Between these shares of what was told lie the peaks that were measured. Above 1 a design would
+/// be killed that was let through.
 const BAND: std::ops::RangeInclusive<f64> = 0.5..=1.0;
 
 /// A picture like a photograph: smooth, with grain.
@@ -30,7 +31,8 @@ fn draw(shop: &Workshop, name: &str, width: u32, height: u32, colours: bool) {
     }
 }
 
-/// Runs a design; its exit code, the greatest resident size that the kernel saw, in MB, and the document that it printed.
+/// Runs a design; its exit code, the greatest resident size that the kernel saw, in MB, and the
+/// document that it printed.
 fn measured(shop: &Workshop, line: &str, free_mb: u64) -> (Option<i32>, f64, serde_json::Value) {
     let mut child = Command::new(assert_cmd::cargo::cargo_bin!("glasswarp"))
         .current_dir(shop.root())

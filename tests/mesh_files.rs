@@ -1,7 +1,8 @@
-//! Mesh files as people really have them: every kind that other programs write, and what becomes of it.
+//! Mesh files as people really have them: every kind that other programs write, and what becomes of
+//! it.
 //!
-//! All are made here from one block. `tests/corpus/meshes.md` is the log: kind, where such files come from, outcome; renewed with
-//! `GLASSWARP_BLESS=1 cargo test --release --test mesh_files`.
+//! All are made here from one block. `tests/corpus/meshes.md` is the log: kind, where such files
+//! come from, outcome; renewed with `GLASSWARP_BLESS=1 cargo test --release --test mesh_files`.
 
 #[path = "mesh_files/gltf.rs"]
 mod gltf;
@@ -85,7 +86,8 @@ impl Original {
         ExpectedPose { face_mm: self.block.size_mm(), entry_z_mm: self.block.entry_z_mm() }
     }
 
-    /// How far the nodes of a block are from those of this one, mm, at most; seen in a mirror if it is one.
+    /// How far the nodes of a block are from those of this one, mm, at most; seen in a mirror if it
+    /// is one.
     fn distance(&self, other: &Block, mirrored: bool) -> f64 {
         if other.nodes() != self.block.nodes() {
             return f64::INFINITY;

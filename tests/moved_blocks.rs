@@ -25,7 +25,8 @@ fn good(picture: &str) -> Workshop {
     workshop
 }
 
-/// Writes `moved.stl`: every corner of the block sent through `place`, triangles turned round where that mirrors.
+/// Writes `moved.stl`: every corner of the block sent through `place`, triangles turned round where
+/// that mirrors.
 fn moved(workshop: &Workshop, place: impl Fn(DVec3) -> DVec3) {
     let mut bytes = fs::read(workshop.path("block.stl")).unwrap();
     let mirrors = (place(DVec3::X) - place(DVec3::ZERO))
@@ -47,7 +48,8 @@ fn moved(workshop: &Workshop, place: impl Fn(DVec3) -> DVec3) {
     fs::write(workshop.path("moved.stl"), bytes).unwrap();
 }
 
-/// The words of a verification of `moved.stl` on the block's bench that must succeed with the light of the block.
+/// The words of a verification of `moved.stl` on the block's bench that must succeed with the light
+/// of the block.
 fn righted(workshop: &Workshop, what: &str) -> String {
     let found = workshop.run(&format!("verify moved.stl --bench block.toml --max-error 0.05 {FEW}"));
     assert_eq!(found.code, FINE, "{what}: {}{}", found.out, found.err);

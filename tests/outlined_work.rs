@@ -1,4 +1,5 @@
-//! What a workshop does with blocks that are not rectangular: checks, height maps, milling, rims, oblique light, other renderers.
+//! What a workshop does with blocks that are not rectangular: checks, height maps, milling, rims,
+//! oblique light, other renderers.
 
 mod common;
 
@@ -31,7 +32,8 @@ fn dome(at: DVec2) -> f64 {
     (BALL_MM * BALL_MM - at.length_squared()).sqrt()
 }
 
-/// The picture of a workshop as a round block, 129 nodes across, and the relative RMS error that its design prints.
+/// The picture of a workshop as a round block, 129 nodes across, and the relative RMS error that
+/// its design prints.
 fn round(workshop: &Workshop, more: &str) -> f64 {
     let design = "design picture.png -o round.stl --nodes 114 --transfer linear --outline circle --no-report";
     let made = workshop.run(&format!("{design} {more}"));
@@ -56,7 +58,8 @@ fn a_height_map_goes_on_beyond_the_outline_and_is_read_back_within_it() {
         let mask = map.mask().unwrap();
         let white = mask.pixels().map(|p| f64::from(p.0[0]) / 255.0).sum::<f64>() / (120.0 * 96.0);
         assert!((white / contour.share_of_extent() - 1.0).abs() < 2e-3, "{outline:?}: {white}");
-        // Far from the face nothing is much deeper than it, and nothing higher but near its outline.
+        // Far from the face nothing is much deeper than it, and nothing higher but near its
+        // outline.
         let ((low, high), (black, top)) = (face.range_mm(), map.range_mm());
         assert!(black > low - 0.1 * (high - low) && top < high + 0.1 * (high - low), "{black} to {top}");
         for name in ["heights.exr", "heights.png"] {
@@ -67,7 +70,8 @@ fn a_height_map_goes_on_beyond_the_outline_and_is_read_back_within_it() {
             assert_eq!(block.nodes(), (121, 97));
             let window = Window { size_mm: DVec2::new(40.0, 32.0), centre_mm: DVec2::ZERO, nx: 50, ny: 40 };
             let tracer = Tracer::for_block(&block, &Scene::new(1.5, 100.0, window)).unwrap();
-            // Steps of 16 bits over a relief of 1 mm are slopes of 5e-5; over 100 mm, half of it bends light.
+            // Steps of 16 bits over a relief of 1 mm are slopes of 5e-5; over 100 mm, half of it
+            // bends light.
             let allowed = if name.ends_with("png") { 0.02 } else { 2e-3 };
             for k in 0..1500 {
                 let at = 0.5 * DVec2::new(40.0, 32.0) * DVec2::from_angle(0.4 * f64::from(k)) * (f64::from(k) / 1500.0);
@@ -130,8 +134,8 @@ fn rows_leave_scallops_and_no_more_up_to_the_outline() {
                 let k = usize::from(inner);
                 (low[k], high[k]) = (low[k].min(left), high[k].max(left));
             }
-            // On a bulge of radius R cusps are s^2 / 8 (1/r + 1/R) high; both are moved to the mean 0. The way of a tip around an edge
-            // is known to 6e-5 of its radius.
+            // On a bulge of radius R cusps are s^2 / 8 (1/r + 1/R) high; both are moved to the mean
+            // 0. The way of a tip around an edge is known to 6e-5 of its radius.
             let cusp = 0.3 * 0.3 / 8.0 * (1.0 / 3.0 + 1.0 / BALL_MM);
             for k in 0..2 {
                 let (least, most) = (low[k] - low[1], high[k] - low[1]);
@@ -183,7 +187,8 @@ fn a_rim_of_any_kind_is_known_and_leaves_the_light_of_a_round_face_as_it_is() {
                     );
                 }
             }
-            // Light at 20 degrees: through the flange it comes to all of the face; a rim above the face shades a part of it.
+            // Light at 20 degrees: through the flange it comes to all of the face; a rim above the
+            // face shades a part of it.
             let (block, _) = read(shape, Format::Stl);
             let oblique = Scene { light: Light::parallel(DVec3::new(0.3, 0.1, 0.9)), ..scene.clone() };
             let lost = |block: &Block| Tracer::for_block(block, &oblique).unwrap().vignetting();
@@ -209,7 +214,8 @@ fn a_round_block_is_checked_and_milled() {
         [number(&found.out, "ok    relief"), number(&found.out, "ok    hollows"), number(&found.out, "ok    slope")]
     };
     let (of_file, of_design) = (check("round.stl"), check("round.toml"));
-    // Curvatures on the last nodes before the outline are those of a fit in the one, of the solver's own continuation in the other.
+    // Curvatures on the last nodes before the outline are those of a fit in the one, of the
+    // solver's own continuation in the other.
     for k in [0, 2] {
         assert!((of_file[k] / of_design[k] - 1.0).abs() < 0.02, "{of_file:?} and {of_design:?}");
     }
@@ -247,7 +253,8 @@ fn light_from_the_side_and_from_near_by_finds_all_of_a_round_face() {
         let side = std::fs::read_to_string(workshop.path("round.toml")).unwrap();
         assert!(side.contains("outline = \"circle\""));
     }
-    // A thicker stock takes a wider skirt, of which more light falls into the corners of the window.
+    // A thicker stock takes a wider skirt, of which more light falls into the corners of the
+    // window.
     let framed = round(&workshop, "--tilt 20deg --rim 8mm,-8mm --thickness 15mm");
     prints_within_tenth_of(0.0042, framed, "framed");
     let narrow = workshop.run(
@@ -282,7 +289,8 @@ fn a_vignette_leaves_the_corners_of_a_round_blocks_picture_dark() {
     prints_within_tenth_of(0.0163, error, "a round picture");
     assert!((outer / middle - 1.0).abs() < 0.02, "{outer} and {middle}");
     assert!(fading < 0.8 * middle && fading > 2.0 * corners, "{fading}");
-    // The constant alone: a tenth of the picture's mean, here the share of the window that the vignette leaves.
+    // The constant alone: a tenth of the picture's mean, here the share of the window that the
+    // vignette leaves.
     println!(
         "relative RMS {error}; light in the middle, further out, where it fades, beyond: {middle} {outer} {fading} {corners}"
     );

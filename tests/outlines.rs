@@ -93,7 +93,8 @@ fn beams_at_the_outline_carry_the_light_of_their_part_within() {
     let mean = contour.share_of_extent();
     for j in 0..ny {
         for i in 0..nx {
-            // The share of the pixel within the ellipse, by its rows; rows of pixels begin at the top, seen from behind the light.
+            // The share of the pixel within the ellipse, by its rows; rows of pixels begin at the
+            // top, seen from behind the light.
             let (left, top) = (25.0 - i as f64, 20.0 - j as f64);
             let covered: f64 = (0..1000)
                 .map(|k| {

@@ -173,8 +173,8 @@ fn a_side_file_of_milled_files_lists_them_all() {
     }
 }
 
-/// Files have the permissions that the user's mask leaves, whoever writes them; those that are replaced keep theirs, and a link
-/// stays a link.
+/// Files have the permissions that the user's mask leaves, whoever writes them; those that are
+/// replaced keep theirs, and a link stays a link.
 #[cfg(unix)]
 #[test]
 fn permissions_and_links_are_the_users() {

@@ -1,4 +1,5 @@
-//! The report in a browser: nothing missing, nothing asked of the network, a model that turns, and a page that prints.
+//! The report in a browser: nothing missing, nothing asked of the network, a model that turns, and
+//! a page that prints.
 
 mod common;
 

@@ -6,7 +6,8 @@ use assert_cmd::Command;
 use common::measured::prints_within_tenth_of;
 use std::{fs, path::Path};
 
-/// The samples, and the relative RMS errors of their blocks of 193 nodes at 96 pixels across, as measured.
+/// The samples, and the relative RMS errors of their blocks of 193 nodes at 96 pixels across, as
+/// measured.
 const SAMPLES: [(&str, f64); 3] = [("camera", 0.0117), ("letter-f", 0.0142), ("rosette", 0.0011)];
 
 #[test]

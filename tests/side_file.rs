@@ -1,4 +1,5 @@
-//! Every key that a side file has is explained in docs/side-file.md, and every key there is written by some command.
+//! Every key that a side file has is explained in docs/side-file.md, and every key there is written
+//! by some command.
 
 mod common;
 

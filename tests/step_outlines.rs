@@ -1,4 +1,5 @@
-//! STEP files of blocks that are not rectangular: a face that its outline trims, before FreeCAD, Gmsh, truck and the verifier.
+//! STEP files of blocks that are not rectangular: a face that its outline trims, before FreeCAD,
+//! Gmsh, truck and the verifier.
 
 mod common;
 
@@ -52,13 +53,15 @@ struct Files {
 }
 
 impl Files {
-    /// Every kind of outline, on the net of all nodes and on a coarse one, from every origin; with a rim and without.
+    /// Every kind of outline, on the net of all nodes and on a coarse one, from every origin; with
+    /// a rim and without.
     fn write() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let (square, wide) = (Extent::new(40.0, 40.0), Extent::new(50.0, 36.0));
         let raised = Rim { width_mm: 6.0, rise_mm: 1.0, mark_mm: Some(3.0) };
         let flange = Rim { width_mm: 5.0, rise_mm: -4.5, mark_mm: None };
-        // A disc of 26 mm less what the mark cuts off, about the face; and a rectangle with corners of 11.3 mm about one with 6.3 mm.
+        // A disc of 26 mm less what the mark cuts off, about the face; and a rectangle with corners
+        // of 11.3 mm about one with 6.3 mm.
         let flat = 26.0 - 3.0 * std::f64::consts::FRAC_1_SQRT_2;
         let segment = 676.0 * (flat / 26.0).acos() - flat * (676.0 - flat * flat).sqrt();
         let corners = (4.0 - PI) * (11.3 * 11.3 - 6.3 * 6.3);
@@ -98,7 +101,8 @@ impl Files {
         self.files.iter().map(|file| file.name.as_str()).collect::<Vec<_>>().join(" ")
     }
 
-    /// Holds what a kernel says of every file (name, closed solids, faces, volume) against what was written; returns what else it says.
+    /// Holds what a kernel says of every file (name, closed solids, faces, volume) against what was
+    /// written; returns what else it says.
     fn judge<'a>(&'a self, said: &'a str, kernel: &str) -> Vec<(&'a Written, Vec<&'a str>)> {
         let said: Vec<Vec<&str>> = said
             .lines()
@@ -140,8 +144,9 @@ fn rule(from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
 }
 
 impl Written {
-    /// The volume between the net, or the rim, and the entry face, by quadrature over the chords of the outline. Where corners are round, the angle takes
-    /// the ordinate's place: in it chords have no vertical tangents.
+    /// The volume between the net, or the rim, and the entry face, by quadrature over the chords of
+    /// the outline. Where corners are round, the angle takes the ordinate's place: in it chords
+    /// have no vertical tangents.
     fn volume_mm3(&self) -> f64 {
         let contour = self.solid.contour().unwrap();
         let (half, radius) = (0.5 * contour.extent().height_mm, contour.radius_mm().y);
@@ -304,7 +309,8 @@ fn the_verifier_traces_the_spline_itself_up_to_the_outline() {
         let report = solid::check(&mesh);
         assert!(report.is_sound(), "{name}: {report}");
         let block = Block::from_mesh(&mesh).unwrap();
-        // What triangles on cells of this size miss of the face: a twelfth of its second derivatives, 0.067 per mm in all.
+        // What triangles on cells of this size miss of the face: a twelfth of its second
+        // derivatives, 0.067 per mm in all.
         let cell = block.size_mm() / DVec2::new((block.nodes().0 - 1) as f64, (block.nodes().1 - 1) as f64);
         let missed = 0.067 / 12.0 * cell.max_element().powi(2) * file.solid.contour().unwrap().area_mm2();
         let off = (report.volume_mm3 - file.volume_mm3()).abs();
@@ -388,8 +394,8 @@ fn trimmed_faces_that_do_not_fit_their_walls_are_refused_by_name() {
     refused(&disc, "CYLINDRICAL_SURFACE", "CONICAL_SURFACE", "CONICAL_SURFACE");
     refused(&disc, "DIRECTION('',(0.,0.,1.))", "DIRECTION('',(0.,0.,0.))", "no frame");
     refused(&disc, "SURFACE_CURVE('',#", "SURFACE_CURVE('',$,#", "parameters of its kind");
-    // A control point at the middle of the east side lifts the face off its edge; one in a corner is nothing of the glass, but the face must
-    // be a height field there too.
+    // A control point at the middle of the east side lifts the face off its edge; one in a corner
+    // is nothing of the glass, but the face must be a height field there too.
     let ellipse = text(Outline::Circle, extent);
     let moved = |number: usize, x: f64| {
         let start = ellipse.find(&format!("#{number}=CARTESIAN_POINT('',(")).unwrap();

@@ -1,4 +1,5 @@
-//! A tracer that was written from docs/side-file.md, in another language, finds in an STL and its side file what the verifier does.
+//! A tracer that was written from docs/side-file.md, in another language, finds in an STL and its
+//! side file what the verifier does.
 
 mod common;
 
@@ -9,11 +10,11 @@ use common::{
 use image::{GrayImage, Luma};
 use std::{fs, path::Path};
 
-/// Every kind of light, receiver and outline that the page tells of; the relative RMS of the light from the picture as the script finds it,
-/// and of its image from the verifier's.
+/// Every kind of light, receiver and outline that the page tells of; the relative RMS of the light
+/// from the picture as the script finds it, and of its image from the verifier's.
 ///
-/// The two differ most where 4 beams per pixel are too few for the verifier, 4e-4 in smooth light, and beyond the outline of round
-/// blocks, where each continues the face in its own way.
+/// The two differ most where 4 beams per pixel are too few for the verifier, 4e-4 in smooth light,
+/// and beyond the outline of round blocks, where each continues the face in its own way.
 const BENCHES: [(&str, f64, f64); 15] = [
     ("--ior 1.49", 1.96e-4, 4.02e-4),
     ("--ior 1.49 --tilt 20deg,60deg --rim 8mm,-4mm --mark 4mm --origin corner", 3.51e-4, 4.70e-4),

@@ -1,4 +1,5 @@
-//! Walks through docs/tutorial.md: every command in it is run, in order, in one folder, with a smaller picture.
+//! Walks through docs/tutorial.md: every command in it is run, in order, in one folder, with a
+//! smaller picture.
 #![cfg(unix)]
 
 use image::imageops::FilterType;

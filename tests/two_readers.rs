@@ -1,5 +1,5 @@
-//! The designer and the verifier each read pictures by code of their own. Both are given the same files, of any size and kind, and the
-//! same frames; what they make of them must be the same light.
+//! The designer and the verifier each read pictures by code of their own. Both are given the same
+//! files, of any size and kind, and the same frames; what they make of them must be the same light.
 
 #[path = "common/chart.rs"]
 mod chart;
@@ -32,7 +32,8 @@ enum Kind {
     TiffFloat,
 }
 
-/// What a file says of itself beside its numbers; PNG only, but for the orientation, which TIFF tells too.
+/// What a file says of itself beside its numbers; PNG only, but for the orientation, which TIFF
+/// tells too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Dress {
     Plain,
@@ -123,7 +124,8 @@ fn samples() -> impl Strategy<Value = Sample> {
 }
 
 impl Sample {
-    /// Numbers from 0 to 1 that look like noise, with a slope across them: no turn and no mirror image is alike.
+    /// Numbers from 0 to 1 that look like noise, with a slope across them: no turn and no mirror
+    /// image is alike.
     fn number(&self, x: usize, y: usize, channel: usize) -> f64 {
         let mut word = self.seed ^ ((x * 8191 + y * 131 + channel) as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         word = (word ^ word >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,4 +1,5 @@
-//! What a handler of Ctrl-C does to files that are being written. Alone in its process, since it concerns all of its files.
+//! What a handler of Ctrl-C does to files that are being written. Alone in its process, since it
+//! concerns all of its files.
 
 use glasswarp::export::{WriteError, remove_unfinished, write_atomically};
 use std::{fs, io::Write};

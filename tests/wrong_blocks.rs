@@ -29,7 +29,8 @@ fn verify(workshop: &Workshop, name: &str) -> (i32, String) {
     (outcome.code, outcome.err)
 }
 
-/// Writes `wrong.stl`: every triangle of the good block (normal and corners) sent through `change`, and some left out.
+/// Writes `wrong.stl`: every triangle of the good block (normal and corners) sent through `change`,
+/// and some left out.
 fn spoil(workshop: &Workshop, change: impl Fn(usize, [[f32; 3]; 3]) -> Option<[[f32; 3]; 3]>) {
     let bytes = fs::read(workshop.path("block.stl")).unwrap();
     let number = |at: usize| f32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());

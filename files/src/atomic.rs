@@ -25,8 +25,8 @@ fn unfinished() -> MutexGuard<'static, BTreeSet<PathBuf>> {
 #[must_use = "files can be begun again as soon as this is dropped"]
 pub struct Held(#[allow(dead_code)] MutexGuard<'static, BTreeSet<PathBuf>>);
 
-/// Removes the temporary files of all unfinished writes: for a handler of Ctrl-C, which keeps the result until the process
-/// has exited, so that no further file appears.
+/// Removes the temporary files of all unfinished writes: for a handler of Ctrl-C, which keeps the
+/// result until the process has exited, so that no further file appears.
 pub fn remove_unfinished() -> Held {
     let mut paths = unfinished();
     for path in std::mem::take(&mut *paths) {
@@ -36,13 +36,14 @@ pub fn remove_unfinished() -> Held {
     Held(paths)
 }
 
-/// Writes a file that appears whole or not at all: `write` fills a temporary file in the same folder through a buffer; it is
-/// flushed, handed to the disk, and only then renamed to `path`. A file that stood there is replaced by one with its
-/// permissions; where a link stood, what it points at is. A new file has those that the user's mask leaves.
+/// Writes a file that appears whole or not at all: `write` fills a temporary file in the same
+/// folder through a buffer; it is flushed, handed to the disk, and only then renamed to `path`. A
+/// file that stood there is replaced by one with its permissions; where a link stood, what it
+/// points at is. A new file has those that the user's mask leaves.
 ///
 /// # Errors
-/// A folder that is missing or takes no files, a path that is no regular file, a file that the [plan](crate::Plan) in force
-/// does not let be replaced, or an error of `write` or of the disk.
+/// A folder that is missing or takes no files, a path that is no regular file, a file that the
+/// [plan](crate::Plan) in force does not let be replaced, or an error of `write` or of the disk.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> io::Result<()>,
@@ -85,14 +86,16 @@ fn begin(path: &Path, folder: &Path) -> Result<tempfile::NamedTempFile, WriteErr
     }
 }
 
-/// Removes temporary files whose writers have died: after a power cut or a `kill -9` nobody else does.
+/// Removes temporary files whose writers have died: after a power cut or a `kill -9` nobody else
+/// does.
 fn remove_orphans(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for path in entries.flatten().map(|entry| entry.path()) {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if name.starts_with(PREFIX) && name.ends_with(SUFFIX) {
             let orphan = File::options().read(true).write(true).open(&path).is_ok_and(|file| {
-                // Removed while the lock is held, so that its writer, should it just begin, sees that it is gone.
+                // Removed while the lock is held, so that its writer, should it just begin, sees
+                // that it is gone.
                 file.try_lock().is_ok() && fs::remove_file(&path).is_ok()
             });
             tracing::debug!(path = %path.display(), orphan, "temporary file found");
@@ -129,8 +132,8 @@ fn destination(path: &Path) -> Result<(PathBuf, PathBuf), WriteError> {
     Ok((target, folder))
 }
 
-/// Finds out whether a file can be written, before the work whose result it shall hold. What writers that were killed have left
-/// in its folder is removed.
+/// Finds out whether a file can be written, before the work whose result it shall hold. What
+/// writers that were killed have left in its folder is removed.
 ///
 /// # Errors
 /// Those of [`write_atomically`] that are known beforehand.

@@ -48,7 +48,8 @@ pub(crate) fn check_owner(path: &Path, target: &Path) -> Result<(), PlanError> {
     }
 }
 
-/// Whether a file may be written in the place of what is there, by the plan that is in force. Without one everything may.
+/// Whether a file may be written in the place of what is there, by the plan that is in force.
+/// Without one everything may.
 ///
 /// # Errors
 /// An input, or a file of somebody's own.
@@ -66,7 +67,8 @@ pub fn may_replace(path: &Path) -> Result<(), PlanError> {
     check_owner(path, &identity.path)
 }
 
-/// Records a file that another program has written in the service of this one, if a plan is in force.
+/// Records a file that another program has written in the service of this one, if a plan is in
+/// force.
 ///
 /// # Errors
 /// A file that cannot be read, a record that cannot be written.

@@ -52,7 +52,8 @@ fn number(_: &fs::Metadata) -> Option<(u64, u64)> {
     None
 }
 
-/// Length and time of the last change: a file that keeps them has not been touched since it was examined.
+/// Length and time of the last change: a file that keeps them has not been touched since it was
+/// examined.
 pub(crate) type Stamp = (u64, Option<SystemTime>);
 
 pub(crate) fn stamp(path: &Path) -> Option<Stamp> {

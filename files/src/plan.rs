@@ -38,8 +38,8 @@ impl Plan {
         self
     }
 
-    /// Examines the plan. From then on files are recorded, and files that were not foreseen here are held to the same rule as
-    /// they are written.
+    /// Examines the plan. From then on files are recorded, and files that were not foreseen here
+    /// are held to the same rule as they are written.
     ///
     /// # Errors
     /// The first output that must not or cannot be written; nothing has been touched then.

@@ -24,8 +24,9 @@ static WRITER: Mutex<()> = Mutex::new(());
 /// What this process has entered in records: by file, how it was then and its SHA-256.
 static ENTERED: Mutex<BTreeMap<PathBuf, (Stamp, String)>> = Mutex::new(BTreeMap::new());
 
-/// The SHA-256 of a file's content, in hexadecimal. It is known, and the file not read again, if this process has entered the file in a
-/// record and it has kept its length and the time of its last change.
+/// The SHA-256 of a file's content, in hexadecimal. It is known, and the file not read again, if
+/// this process has entered the file in a record and it has kept its length and the time of its
+/// last change.
 ///
 /// # Errors
 /// A file that cannot be read.

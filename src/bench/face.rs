@@ -1,7 +1,8 @@
 /// What the structured face does to the light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ExitFace {
-    /// Light leaves glass of this refractive index (relative to the medium around it) into that medium.
+    /// Light leaves glass of this refractive index (relative to the medium around it) into that
+    /// medium.
     Refracts {
         /// Index of the block divided by that of its surroundings; above 1.
         ior: f64,
@@ -11,7 +12,8 @@ pub enum ExitFace {
 }
 
 impl ExitFace {
-    /// The refractive index in front of the face over that behind it: the block's for glass, 1 for a mirror.
+    /// The refractive index in front of the face over that behind it: the block's for glass, 1 for
+    /// a mirror.
     pub fn ior(self) -> f64 {
         match self {
             Self::Refracts { ior } => ior,

@@ -3,10 +3,12 @@
 use crate::grid::Extent;
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
-/// The receiver plane, through the point `C = (0, 0, distance)` and turned about it by a rotation `R`. A place on it is given in its
-/// own coordinates `y`: the point `C + R (y, 0)` of the bench. The picture is drawn in a window, a rectangle along these coordinates.
+/// The receiver plane, through the point `C = (0, 0, distance)` and turned about it by a rotation
+/// `R`. A place on it is given in its own coordinates `y`: the point `C + R (y, 0)` of the bench.
+/// The picture is drawn in a window, a rectangle along these coordinates.
 ///
-/// Nothing is checked here; a [bench](super::Bench::check_receiver) refuses what cannot stand behind its block.
+/// Nothing is checked here; a [bench](super::Bench::check_receiver) refuses what cannot stand
+/// behind its block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
     distance_mm: f64,
@@ -17,12 +19,14 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// A plane across the axis, at a distance from the mean exit plane, mm, with a window about the axis.
+    /// A plane across the axis, at a distance from the mean exit plane, mm, with a window about the
+    /// axis.
     pub fn new(distance_mm: f64, window: Extent) -> Self {
         Self { distance_mm, rotation: DVec3::ZERO, axes: DMat3::IDENTITY, window, window_centre_mm: DVec2::ZERO }
     }
 
-    /// The same plane with another window, by its size and its centre in the plane's coordinates, mm.
+    /// The same plane with another window, by its size and its centre in the plane's coordinates,
+    /// mm.
     #[must_use]
     pub fn with_window(self, window: Extent, centre_mm: DVec2) -> Self {
         Self { window, window_centre_mm: centre_mm, ..self }
@@ -82,7 +86,8 @@ impl Receiver {
         (0..4).map(|k| self.gap_mm(block.node(k % 2, k / 2, 2, 2).extend(height_mm))).fold(f64::INFINITY, f64::min)
     }
 
-    /// Where a ray lands, in the plane's coordinates, mm; not finite if it goes away from the plane.
+    /// Where a ray lands, in the plane's coordinates, mm; not finite if it goes away from the
+    /// plane.
     #[inline(always)]
     pub fn landing(&self, from: DVec3, direction: DVec3) -> DVec2 {
         let towards = self.axes.z_axis.dot(direction);

@@ -30,7 +30,8 @@ use std::path::PathBuf;
 
 #[derive(clap::Args)]
 pub(crate) struct CheckArgs {
-    /// The block (as 'glasswarp verify' reads it), or a design file (.toml) whose block is checked before it is written
+    /// The block (as 'glasswarp verify' reads it), or a design file (.toml) whose block is checked
+    /// before it is written
     block: PathBuf,
 
     /// The side file with the bench [default: beside the block, with the extension .toml]
@@ -61,7 +62,8 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
     max_slope: f64,
 
-    /// Furthest that scallops or facets may throw light from its place on the receiver [default: 0.5 % of the block's width]
+    /// Furthest that scallops or facets may throw light from its place on the receiver [default:
+    /// 0.5 % of the block's width]
     #[arg(long, value_name = "LENGTH")]
     max_blur: Option<Length>,
 
@@ -87,8 +89,8 @@ pub(crate) struct CheckArgs {
 
 #[derive(clap::Args)]
 struct ToleranceArgs {
-    /// Trace what index, distance, tilt, form, thickness and the size of the light do to the picture, and find the depth of
-    /// focus. Needs a side file
+    /// Trace what index, distance, tilt, form, thickness and the size of the light do to the
+    /// picture, and find the depth of focus. Needs a side file
     #[arg(long, help_heading = "Tolerances")]
     tolerance: bool,
 
@@ -112,12 +114,13 @@ struct ToleranceArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0.5mm", help_heading = "Tolerances", requires = "tolerance")]
     thickness_off: Length,
 
-    /// Angular diameter of the light as seen from the block, degrees: the sun has 0.53, a torch of 20 mm a metre away 1.15. May be given several
-    /// times
+    /// Angular diameter of the light as seen from the block, degrees: the sun has 0.53, a torch of
+    /// 20 mm a metre away 1.15. May be given several times
     #[arg(long, value_name = "DEGREES", default_values_t = [0.53, 1.15], help_heading = "Tolerances", requires = "tolerance")]
     light: Vec<f64>,
 
-    /// The relative RMS error up to which a picture counts as in focus [default: twice that of the block]
+    /// The relative RMS error up to which a picture counts as in focus [default: twice that of the
+    /// block]
     #[arg(long, value_name = "ERROR", help_heading = "Tolerances", requires = "tolerance")]
     focus_error: Option<f64>,
 }

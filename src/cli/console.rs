@@ -1,5 +1,6 @@
-//! What a command says: to a person on standard output, or to a program as one JSON document; warnings, errors, progress and
-//! traces go to standard error either way. Colours only for terminals, and never under NO_COLOR.
+//! What a command says: to a person on standard output, or to a program as one JSON document;
+//! warnings, errors, progress and traces go to standard error either way. Colours only for
+//! terminals, and never under NO_COLOR.
 
 use super::outcome::{code, kind, with_flags};
 use crate::{failure::Failure, record::document};

@@ -1,4 +1,5 @@
-//! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what both see.
+//! `glasswarp crosscheck`: shows an exported block to an independent renderer, and compares what
+//! both see.
 
 use super::{
     console::{self, say, say_part},
@@ -47,7 +48,8 @@ pub(crate) struct CrosscheckArgs {
     #[arg(long, value_name = "MODE", default_value = "map")]
     mode: Mode,
 
-    /// Folder for the scene, which is kept [default: beside the block, its name with .crosscheck-RENDERER]
+    /// Folder for the scene, which is kept [default: beside the block, its name with
+    /// .crosscheck-RENDERER]
     #[arg(long, value_name = "DIR")]
     scene: Option<PathBuf>,
 
@@ -75,8 +77,9 @@ pub(crate) struct CrosscheckArgs {
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(64..=4096))]
     pixels: u32,
 
-    /// Fail (exit code 3) if the difference exceeds this: in map mode the rms distance in mm, or one ray in a thousand
-    /// landing by one of both only; in image mode the relative RMS at a quarter of the pixels, with the noise of one run
+    /// Fail (exit code 3) if the difference exceeds this: in map mode the rms distance in mm, or
+    /// one ray in a thousand landing by one of both only; in image mode the relative RMS at a
+    /// quarter of the pixels, with the noise of one run
     #[arg(long, value_name = "DIFFERENCE", conflicts_with = "write_only", value_parser = error_limit)]
     max_difference: Option<f64>,
 }
@@ -120,7 +123,8 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     if args.mode == Mode::Image {
         written.extend(IMAGES.iter().flat_map(|name| ["exr", "png"].map(|extension| format!("{name}.{extension}"))));
     }
-    // A folder that is not there yet holds nothing that could be replaced, and is made with the scene.
+    // A folder that is not there yet holds nothing that could be replaced, and is made with the
+    // scene.
     let written = written.iter().filter(|_| folder.is_dir()).map(|name| folder.join(name));
     let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().chain([&folder]).map(PathBuf::as_path), written)?;

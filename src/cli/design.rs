@@ -51,21 +51,22 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct DesignArgs {
-    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG), or a design file (.toml) that names it
+    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG), or a design file (.toml)
+    /// that names it
     picture: PathBuf,
 
-    /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be given several times
-    /// [default: the picture's name with .stl, in the working folder]
+    /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be
+    /// given several times [default: the picture's name with .stl, in the working folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
-    /// Write the exit face as a picture of heights for a router too: .png (16-bit) or .exr (32-bit, mm). May be given several
-    /// times
+    /// Write the exit face as a picture of heights for a router too: .png (16-bit) or .exr (32-bit,
+    /// mm). May be given several times
     #[arg(long, value_name = "FILE")]
     height_map: Vec<PathBuf>,
 
-    /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they then tell where its tip goes. For
-    /// programs that move the tool to the heights of the picture
+    /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they
+    /// then tell where its tip goes. For programs that move the tool to the heights of the picture
     #[arg(long, value_name = "CUTTER", requires = "height_map")]
     height_map_cutter: Option<Cutter>,
 
@@ -79,11 +80,13 @@ pub(crate) struct DesignArgs {
     #[command(flatten)]
     memory: MemoryArgs,
 
-    /// Do not trace the exported file; draw only where the solver itself expects the light to be wrong
+    /// Do not trace the exported file; draw only where the solver itself expects the light to be
+    /// wrong
     #[arg(long)]
     no_verify: bool,
 
-    /// The report, a page of HTML for the people who will make the block [default: beside the first file, .report.html]
+    /// The report, a page of HTML for the people who will make the block [default: beside the first
+    /// file, .report.html]
     #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
     report: Option<PathBuf>,
 
@@ -187,7 +190,8 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     demand(judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
 }
 
-/// Draws what was judged, or the solver's own view of where light will be wrong, beside the first output.
+/// Draws what was judged, or the solver's own view of where light will be wrong, beside the first
+/// output.
 fn draw(
     plan: &Plan,
     verification: Option<&DesignVerification<'_>>,
@@ -206,8 +210,8 @@ fn draw(
     }
 }
 
-/// Fails if photons and beams contradict each other, or the error in the light that there is, after the finish or else in perfect
-/// light exceeds a limit.
+/// Fails if photons and beams contradict each other, or the error in the light that there is, after
+/// the finish or else in perfect light exceeds a limit.
 pub(super) fn demand(
     judgement: &Judgement,
     finished: Option<&Finished>,
@@ -290,7 +294,8 @@ fn file_records(outputs: &[PathBuf]) -> Result<Vec<FileRecord>, Failure> {
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {
-    // samples/camera/design.toml with target.png makes camera.stl: the folder tells more than the file.
+    // samples/camera/design.toml with target.png makes camera.stl: the folder tells more than the
+    // file.
     let stem = |path: &Path| path.file_stem().map(PathBuf::from);
     let folder = named.parent().and_then(Path::file_name).map(PathBuf::from);
     let name = if named == picture { stem(named) } else { folder.or_else(|| stem(named)) };

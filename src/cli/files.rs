@@ -1,4 +1,5 @@
-//! The files of a design: each is written, hashed and read back while others still are, and a side file lies beside them.
+//! The files of a design: each is written, hashed and read back while others still are, and a side
+//! file lies beside them.
 
 use super::{
     machine::{Machine, read_bare_mesh, read_mesh},
@@ -52,7 +53,8 @@ pub(crate) struct Files {
     pub(crate) side: SideFile,
 }
 
-/// The file that is judged: the first STL, or without one the first output. It is what a shop would get.
+/// The file that is judged: the first STL, or without one the first output. It is what a shop would
+/// get.
 pub(crate) struct First<'a> {
     pub(crate) path: &'a Path,
     /// Its side file as it will be read, which is what a stranger will have.
@@ -67,7 +69,8 @@ impl First<'_> {
     }
 }
 
-/// What is written besides the outputs themselves and the report: side files, masks of height maps, and pictures.
+/// What is written besides the outputs themselves and the report: side files, masks of height maps,
+/// and pictures.
 pub(crate) fn derived(outputs: &[PathBuf], settings: &Settings, verified: bool) -> BTreeSet<PathBuf> {
     let side_files = outputs.iter().map(|output| side_files::path_beside(output));
     let has_masks = settings.outline.is_some_and(|outline| outline.0 != Outline::Rectangle);
@@ -101,7 +104,8 @@ pub(crate) fn first(outputs: &[PathBuf]) -> usize {
     outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0)
 }
 
-/// Writes every file and the side files, and reads back what is judged. Meanwhile the `first` of them can be looked at.
+/// Writes every file and the side files, and reads back what is judged. Meanwhile the `first` of
+/// them can be looked at.
 pub(crate) fn make<'a, T>(
     task: &Task<'a>,
     first: usize,
@@ -129,7 +133,8 @@ pub(crate) fn make<'a, T>(
     let made: Vec<OnceLock<Result<Made, Failure>>> = outputs.iter().map(|_| OnceLock::new()).collect();
     let (send, mesh) = mpsc::channel();
     let next = AtomicUsize::new(0);
-    // Pools of their own: files wait for the disk, and neither for each other nor for whoever looks at the first of them.
+    // Pools of their own: files wait for the disk, and neither for each other nor for whoever looks
+    // at the first of them.
     let pool = |_| rayon::ThreadPoolBuilder::new().build();
     let pools = (0..outputs.len().min(rayon::current_num_threads() + 1)).map(pool).collect::<Result<Vec<_>, _>>();
     let pools = pools.map_err(|source| Failure::Io { what: "starting threads".into(), source: source.into() })?;

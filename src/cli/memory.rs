@@ -19,7 +19,8 @@ pub(crate) struct MemoryArgs {
     ignore_memory: bool,
 }
 
-/// Refuses a design that would not fit into the memory that is free, and says what would. Returns what it is expected to take.
+/// Refuses a design that would not fit into the memory that is free, and says what would. Returns
+/// what it is expected to take.
 pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], verified: bool, args: MemoryArgs) -> Result<Bytes, Failure> {
     let load = |nodes: (usize, usize)| {
         let load = load_of(plan, nodes);
@@ -80,7 +81,8 @@ fn demand_nodes(
     })
 }
 
-/// Refuses to look at a file at more pixels than fit into the memory that is free. More than any window holds are the tracer's to refuse.
+/// Refuses to look at a file at more pixels than fit into the memory that is free. More than any
+/// window holds are the tracer's to refuse.
 pub(crate) fn check_pixels(examiner: &Examiner, args: MemoryArgs) -> Result<(), Failure> {
     let (nx, ny) = examiner.pixels();
     if nx * ny > Window::MOST_PIXELS {
@@ -99,7 +101,8 @@ pub(crate) fn check_pixels(examiner: &Examiner, args: MemoryArgs) -> Result<(), 
 /// The least number of pixels across that can be asked for.
 const LEAST_PIXELS: usize = 8;
 
-/// Refuses what is expected to take more than is free. `remedies` says what would fit, each followed by a comma.
+/// Refuses what is expected to take more than is free. `remedies` says what would fit, each
+/// followed by a comma.
 fn demand(
     what: &str,
     expected: Bytes,

@@ -59,7 +59,8 @@ pub(crate) struct MillArgs {
     #[arg(long, value_name = "DIRECTION", default_value = "x", allow_hyphen_values = true)]
     direction: Direction,
 
-    /// What the pass leaves on the face, along its normal: 0 for finishing, the allowance for finishing of a roughing pass
+    /// What the pass leaves on the face, along its normal: 0 for finishing, the allowance for
+    /// finishing of a roughing pass
     #[arg(long, value_name = "LENGTH", default_value = "0mm", allow_hyphen_values = true)]
     allowance: Length,
 
@@ -83,7 +84,8 @@ pub(crate) struct MillArgs {
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
     pixels: u32,
 
-    /// Write the block as it is in the end (.stl, .obj, .glb), or the pictures of all steps (.png). May be given several times
+    /// Write the block as it is in the end (.stl, .obj, .glb), or the pictures of all steps (.png).
+    /// May be given several times
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 

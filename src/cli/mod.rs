@@ -155,7 +155,8 @@ pub fn run() -> ExitCode {
     };
     console::open(if cli.json { Reader::Program } else { Reader::Person }, cli.verbose);
     outputs::force(cli.force);
-    // Nothing half-written stays behind: outputs are written under another name until they are whole.
+    // Nothing half-written stays behind: outputs are written under another name until they are
+    // whole.
     let handler = ctrlc::set_handler(|| {
         let _held = crate::export::remove_unfinished();
         console::interrupted();

@@ -32,7 +32,8 @@ pub(super) fn kind(failure: &Failure) -> FaultKind {
     }
 }
 
-/// Fails if a relative RMS error exceeds the limit that the user set with --max-error; `which` names it.
+/// Fails if a relative RMS error exceeds the limit that the user set with --max-error; `which`
+/// names it.
 pub(super) fn unless_within(limit: Option<f64>, error: f64, which: &str, when: &str) -> Result<(), Failure> {
     match limit {
         Some(limit) if error.is_nan() || error > limit => Err(Failure::BelowThreshold(format!(

@@ -1,4 +1,5 @@
-//! What a command reads and writes, said before it begins: the one place that decides what may be written over.
+//! What a command reads and writes, said before it begins: the one place that decides what may be
+//! written over.
 
 use crate::failure::Failure;
 use glasswarp_files::{Plan, PlanError};
@@ -14,11 +15,12 @@ pub(crate) fn force(force: bool) {
     FORCE.store(force, Ordering::Relaxed);
 }
 
-/// Examines the files of a command: its inputs, and everything that it will write. Nothing has been touched if it is refused.
+/// Examines the files of a command: its inputs, and everything that it will write. Nothing has been
+/// touched if it is refused.
 ///
 /// # Errors
-/// An output over an input or over a file of somebody's own, two outputs that are one file, a name that cannot be recorded, a
-/// place that takes no file.
+/// An output over an input or over a file of somebody's own, two outputs that are one file, a name
+/// that cannot be recorded, a place that takes no file.
 pub(crate) fn plan<'a>(
     inputs: impl IntoIterator<Item = &'a Path>,
     outputs: impl IntoIterator<Item = PathBuf>,

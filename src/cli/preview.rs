@@ -26,8 +26,9 @@ pub(crate) struct PreviewArgs {
     /// The picture, or a design file (.toml) that names it
     picture: PathBuf,
 
-    /// Where to: .html (the page to turn the block on) or .png (target, light and difference). May be given several times
-    /// [default: the picture's name with .preview.html, in the working folder]
+    /// Where to: .html (the page to turn the block on) or .png (target, light and difference). May
+    /// be given several times [default: the picture's name with .preview.html, in the working
+    /// folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 

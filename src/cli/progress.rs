@@ -7,7 +7,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Progress on standard error: a bar with the time left for each stage, nothing at all off a terminal.
+/// Progress on standard error: a bar with the time left for each stage, nothing at all off a
+/// terminal.
 pub(crate) struct TerminalProgress {
     bar: RefCell<Option<ProgressBar>>,
     began: Instant,

@@ -1,4 +1,5 @@
-//! Photon runs in parts: every part can be traced on another machine, and merging all gives what one run gives.
+//! Photon runs in parts: every part can be traced on another machine, and merging all gives what
+//! one run gives.
 
 use super::{
     console::{self, say},

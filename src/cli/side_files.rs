@@ -64,7 +64,8 @@ pub(super) fn missing(block: &Path, or_else: &str) -> Failure {
     ))
 }
 
-/// What a command reads that looks at a block, or at a design file: that, its side file, and all that they name.
+/// What a command reads that looks at a block, or at a design file: that, its side file, and all
+/// that they name.
 pub(super) fn inputs(block: &Path, named: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
     let mut inputs = vec![block.to_path_buf()];
     if has_extension(block, "toml") {
@@ -76,7 +77,8 @@ pub(super) fn inputs(block: &Path, named: Option<&Path>) -> Result<Vec<PathBuf>,
     Ok(inputs)
 }
 
-/// Opens a file that must hold a block, and brings it where it belongs; tells what that took, and what does not fit.
+/// Opens a file that must hold a block, and brings it where it belongs; tells what that took, and
+/// what does not fit.
 pub(super) fn open_block(
     path: &Path,
     side: Option<&SideFile>,
@@ -85,7 +87,8 @@ pub(super) fn open_block(
     place_block(read_mesh(path)?, &path.display().to_string(), expected(side, path), placing)
 }
 
-/// Opens a block and its side file, to be worked on and looked at on its bench, or at another distance and through another index.
+/// Opens a block and its side file, to be worked on and looked at on its bench, or at another
+/// distance and through another index.
 pub(super) fn open_workpiece(
     path: &Path,
     named: Option<&Path>,
@@ -117,7 +120,8 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-/// The path of `file` as seen from the folder of `from`, absolute where they have no folder in common.
+/// The path of `file` as seen from the folder of `from`, absolute where they have no folder in
+/// common.
 fn relative_to(file: &Path, from: &Path) -> PathBuf {
     let folder = match from.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

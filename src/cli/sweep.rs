@@ -27,7 +27,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-/// Sweeps the design of a side file (and its name, if it was given), or the block `as_built`, and writes what was found.
+/// Sweeps the design of a side file (and its name, if it was given), or the block `as_built`, and
+/// writes what was found.
 pub(crate) fn run(
     range: &Range,
     steps: usize,

@@ -1,4 +1,5 @@
-//! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through it.
+//! `glasswarp verify`: opens a solid as a stranger would and judges the light that comes through
+//! it.
 
 use super::{
     console::{self, say},
@@ -60,7 +61,8 @@ enum Action {
 
 #[derive(Args)]
 pub(crate) struct FileArgs {
-    /// The block, or any closed solid: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a height map in .png or .exr
+    /// The block, or any closed solid: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a
+    /// height map in .png or .exr
     #[arg(required = true)]
     block: Option<PathBuf>,
 
@@ -75,8 +77,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
 
-    /// From z = 0 (of a block the mean plane of the exit face) to the receiver, on which the window stays where the light of a flat
-    /// block falls [default: the side file's]
+    /// From z = 0 (of a block the mean plane of the exit face) to the receiver, on which the window
+    /// stays where the light of a flat block falls [default: the side file's]
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     distance: Option<Length>,
 
@@ -84,8 +86,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "N")]
     ior: Option<f64>,
 
-    /// Window on the receiver, around the axis: its width, or WIDTHxHEIGHT [default: the side file's, or the size of the
-    /// solid]
+    /// Window on the receiver, around the axis: its width, or WIDTHxHEIGHT [default: the side
+    /// file's, or the size of the solid]
     #[arg(long, value_name = "SIZE")]
     window: Option<WindowSize>,
 
@@ -97,7 +99,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "CURVE")]
     transfer: Option<TransferName>,
 
-    /// How the surface between the vertices is understood [default: spline for a block, facets for another solid]
+    /// How the surface between the vertices is understood [default: spline for a block, facets for
+    /// another solid]
     #[arg(long, value_name = "NAME")]
     surface: Option<SurfaceName>,
 
@@ -117,7 +120,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "N", default_value_t = 1, help_heading = "Photons")]
     seed: u64,
 
-    /// Independent samples into which the photons are cut, at least 4: their spread is the noise, and a run has at most as many parts
+    /// Independent samples into which the photons are cut, at least 4: their spread is the noise,
+    /// and a run has at most as many parts
     #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(4..), help_heading = "Photons")]
     replicates: u32,
 
@@ -129,8 +133,8 @@ pub(crate) struct FileArgs {
     #[arg(long, value_name = "K/N", requires = "tally", help_heading = "Photons")]
     shard: Option<Shard>,
 
-    /// Design the block anew along a range, and look at every one: distance, size, thickness, index or nodes, as in
-    /// distance=60..1000
+    /// Design the block anew along a range, and look at every one: distance, size, thickness, index
+    /// or nodes, as in distance=60..1000
     #[arg(long, value_name = "WHAT=FROM..TO", help_heading = "Sweep", conflicts_with_all = ["tally", "max_error"])]
     sweep: Option<Range>,
 
@@ -142,13 +146,13 @@ pub(crate) struct FileArgs {
     #[arg(long, requires = "sweep", help_heading = "Sweep")]
     as_built: bool,
 
-    /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear). Of a sweep: .csv, .exr (all
-    /// images as layers) or .png (the curves)
+    /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear). Of a
+    /// sweep: .csv, .exr (all images as layers) or .png (the curves)
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
-    /// Look at the block in white light too, of which its material bends every colour otherwise, and write that picture: .png
-    /// (sRGB) or .exr (linear, the primaries of sRGB)
+    /// Look at the block in white light too, of which its material bends every colour otherwise,
+    /// and write that picture: .png (sRGB) or .exr (linear, the primaries of sRGB)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["tally", "sweep"])]
     white: Option<PathBuf>,
 
@@ -205,8 +209,8 @@ impl FromStr for WindowSize {
 /// How a file's coordinates are understood.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub(super) struct PlacingArgs {
-    /// Take the block exactly as it stands in its file, wherever and however that is. Otherwise it is brought where its bench
-    /// has it, with a warning
+    /// Take the block exactly as it stands in its file, wherever and however that is. Otherwise it
+    /// is brought where its bench has it, with a warning
     #[arg(long)]
     pub(super) as_placed: bool,
 }
@@ -394,7 +398,8 @@ fn white(
     Ok(white)
 }
 
-/// What the light is judged by, and the constant in it. Without a side file a picture need not be named.
+/// What the light is judged by, and the constant in it. Without a side file a picture need not be
+/// named.
 fn target_light(
     args: &FileArgs,
     side: Option<&SideFile>,

@@ -41,7 +41,8 @@ impl Design {
         )
     }
 
-    /// What the block is made of, where the receiver stands, and what coordinates mean, as a line for people.
+    /// What the block is made of, where the receiver stands, and what coordinates mean, as a line
+    /// for people.
     pub(super) fn description(&self, solid: &Solid) -> String {
         let material = match self.exit_face {
             ExitFace::Refracts { ior } => format!("refractive index {ior}"),

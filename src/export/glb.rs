@@ -19,11 +19,12 @@ use std::{
     io::{self, Write},
 };
 
-/// Most vertices that are written: a gigabyte of file. Common viewers give up earlier; twice as many again and the 32-bit
-/// lengths of the container overflow.
+/// Most vertices that are written: a gigabyte of file. Common viewers give up earlier; twice as
+/// many again and the 32-bit lengths of the container overflow.
 const MOST_VERTICES: usize = 20_000_000;
 
-/// How far light goes in the glass, m, until it has taken on [`ATTENUATION_COLOUR`]: about what clear acrylic does.
+/// How far light goes in the glass, m, until it has taken on [`ATTENUATION_COLOUR`]: about what
+/// clear acrylic does.
 const ATTENUATION_DISTANCE_M: f32 = 1.0;
 const ATTENUATION_COLOUR: [f32; 3] = [0.97, 0.985, 0.98];
 
@@ -36,7 +37,8 @@ pub(super) fn check(solid: &Solid) -> Result<(), ExportError> {
 /// Every face has vertices of its own, because normals differ along its border.
 fn vertex_count(solid: &Solid) -> usize {
     if solid.contour().is_some() {
-        // The border of the exit face once more for the wall, which has all of the entry face's but its middle too.
+        // The border of the exit face once more for the wall, which has all of the entry face's but
+        // its middle too.
         return solid.vertex_count() + 2 * (solid.vertex_count() - solid.exit_vertex_count() - 1);
     }
     let ((nx, ny), (ex, ey)) = (solid.exit_nodes(), solid.entry_nodes());
@@ -44,8 +46,9 @@ fn vertex_count(solid: &Solid) -> usize {
     nx * ny + 2 * (nx + ny) + 2 * (ex + ey) + (solid.vertex_count() - nx * ny)
 }
 
-/// Writes binary glTF 2.0: metres, y up, so that (x, y, z) of the library is (x, z, -y) / 1000 in the file. The exit face has
-/// the normals of the smooth surface, the planes their own; the material is clear glass of the design's index.
+/// Writes binary glTF 2.0: metres, y up, so that (x, y, z) of the library is (x, z, -y) / 1000 in
+/// the file. The exit face has the normals of the smooth surface, the planes their own; the
+/// material is clear glass of the design's index.
 ///
 /// # Errors
 /// Those of the writer; [`io::ErrorKind::InvalidInput`] for more than 20 million vertices.
@@ -68,7 +71,8 @@ fn metres([x, y, z]: [f32; 3]) -> [f32; 3] {
     y_up([x, y, z].map(|c| (f64::from(c) / 1000.0) as f32))
 }
 
-/// A direction of the library's frame in that of the file. `+ 0.0` turns a negative zero into a positive one.
+/// A direction of the library's frame in that of the file. `+ 0.0` turns a negative zero into a
+/// positive one.
 fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
     [x, z, -y + 0.0]
 }

@@ -1,12 +1,15 @@
-//! The exit face as a picture of heights, as routers with relief programs want it: 16-bit PNG, or OpenEXR of 32-bit floats.
+//! The exit face as a picture of heights, as routers with relief programs want it: 16-bit PNG, or
+//! OpenEXR of 32-bit floats.
 //!
-//! A pixel is a node: the middles of the outermost pixels stand on the border of the face. The picture lies as such a program
-//! shows the block from above: its left is `-x`, its top is `+y` (the picture on the wall is seen from the other side, and
-//! left is `+x` there). Both files carry their numbers as text: see [`HeightMap::entries`].
+//! A pixel is a node: the middles of the outermost pixels stand on the border of the face. The
+//! picture lies as such a program shows the block from above: its left is `-x`, its top is `+y`
+//! (the picture on the wall is seen from the other side, and left is `+x` there). Both files carry
+//! their numbers as text: see [`HeightMap::entries`].
 //!
-//! Of a block that is not rectangular the heights go on beyond the outline as those of the [sheet](crate::surface::HeightField::sheet)
-//! that it is cut from: without a cliff that a program would smooth into the picture, or that a tool would plunge down. Where the block is,
-//! the numbers say, and a [mask](HeightMap::mask).
+//! Of a block that is not rectangular the heights go on beyond the outline as those of the
+//! [sheet](crate::surface::HeightField::sheet) that it is cut from: without a cliff that a program
+//! would smooth into the picture, or that a tool would plunge down. Where the block is, the numbers
+//! say, and a [mask](HeightMap::mask).
 
 #[cfg(feature = "files")]
 use super::{WriteError, write_atomically};
@@ -33,7 +36,8 @@ use std::{
 enum Meaning {
     /// The face itself.
     Surface,
-    /// Where the tip of a cutter goes, already offset for it; the cutter as [`Cutter`] writes it, such as `ball:3mm`.
+    /// Where the tip of a cutter goes, already offset for it; the cutter as [`Cutter`] writes it,
+    /// such as `ball:3mm`.
     ToolTip(String),
 }
 
@@ -104,7 +108,8 @@ impl HeightMap {
         Self::new(solid, tool_offset(&solid.surface().sheet(), cutter), Meaning::ToolTip(cutter.to_string()))
     }
 
-    /// The map of heights at equidistant nodes over a block, mm above the mean plane of its exit face.
+    /// The map of heights at equidistant nodes over a block, mm above the mean plane of its exit
+    /// face.
     fn new(solid: &Solid, heights_mm: Field<f64>, meaning: Meaning) -> Self {
         Self {
             pitch_mm: solid.surface().extent().node_spacing(heights_mm.nx(), heights_mm.ny()),
@@ -116,7 +121,8 @@ impl HeightMap {
         }
     }
 
-    /// Lowest and highest place, mm above the mean plane of the exit face: black and white of the PNG.
+    /// Lowest and highest place, mm above the mean plane of the exit face: black and white of the
+    /// PNG.
     pub fn range_mm(&self) -> (f64, f64) {
         let (low, high) = self.heights_mm.min_max();
         // A plane is all black; white must be somewhere else.
@@ -180,8 +186,8 @@ impl HeightMap {
         }
     }
 
-    /// A grey picture of the same pixels, if the block is not all of them: white where it is, black beyond its outline, on which there are
-    /// shades between.
+    /// A grey picture of the same pixels, if the block is not all of them: white where it is, black
+    /// beyond its outline, on which there are shades between.
     pub fn mask(&self) -> Option<GrayImage> {
         const POINTS: usize = 4;
         let (nx, ny) = (self.heights_mm.nx(), self.heights_mm.ny());
@@ -268,8 +274,9 @@ impl HeightMap {
     }
 }
 
-/// Puts the attributes in the header of an OpenEXR file into the order of their names. Its writer keeps them in a hash map, and
-/// equal maps shall be equal files. What follows the header does not depend on their order.
+/// Puts the attributes in the header of an OpenEXR file into the order of their names. Its writer
+/// keeps them in a hash map, and equal maps shall be equal files. What follows the header does not
+/// depend on their order.
 fn sort_attributes(file: &mut [u8]) {
     // Magic number and version; then name, type, length and value of each, and an empty name.
     const BEGIN: usize = 8;

@@ -1,8 +1,9 @@
 //! The block as files.
 //!
-//! Every mesh format holds the same `f32` vertices: in millimetres in STL, OBJ, 3MF and PLY, in metres and turned to `+y` up
-//! in GLB. What the encoding costs on the wall is the resolution of `f32` near 0, about a micrometre of spot displacement.
-//! STEP holds the exit face as a B-spline surface, in decimals of a millimetre. Height maps hold the exit face alone.
+//! Every mesh format holds the same `f32` vertices: in millimetres in STL, OBJ, 3MF and PLY, in
+//! metres and turned to `+y` up in GLB. What the encoding costs on the wall is the resolution of
+//! `f32` near 0, about a micrometre of spot displacement. STEP holds the exit face as a B-spline
+//! surface, in decimals of a millimetre. Height maps hold the exit face alone.
 
 mod format;
 mod glb;

@@ -5,8 +5,8 @@ use super::{
 use crate::solid::{Face, Solid};
 use std::io::{self, Write};
 
-/// Writes Wavefront OBJ, mm, z up. Exit vertices have the normals of the smooth surface, the planes their own. Numbers are
-/// the shortest that read back as the same `f32`.
+/// Writes Wavefront OBJ, mm, z up. Exit vertices have the normals of the smooth surface, the planes
+/// their own. Numbers are the shortest that read back as the same `f32`.
 ///
 /// # Errors
 /// Those of the writer.
@@ -17,7 +17,8 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     in_order(writer, 0..solid.vertex_count(), |text, v| numbers(text, "v", solid.vertex(v)))?;
     let normals = solid.exit_normals();
     in_order(writer, 0..normals.len(), |text, v| numbers(text, "vn", normals[v]))?;
-    // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around has one for every triangle.
+    // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around has
+    // one for every triangle.
     let mut written = normals.len();
     for (face, triangles) in solid.faces() {
         let begin = triangles.start;
@@ -58,14 +59,16 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     Ok(())
 }
 
-/// Corners of the exit face as they are written, of which each belongs to six triangles: those of late.
+/// Corners of the exit face as they are written, of which each belongs to six triangles: those of
+/// late.
 struct Corners {
     vertices: [u32; LATE],
     texts: [[u8; LONGEST]; LATE],
     lengths: [usize; LATE],
 }
 
-/// How many are kept: more than the two rows of vertices along which a row of triangles runs need at a time.
+/// How many are kept: more than the two rows of vertices along which a row of triangles runs need
+/// at a time.
 const LATE: usize = 64;
 /// Length of the longest: a blank, twice a number of 32 bits, and two strokes.
 const LONGEST: usize = 23;

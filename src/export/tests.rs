@@ -63,7 +63,8 @@ fn obj_gives_back_every_vertex_normal_and_triangle_bit_by_bit() {
     assert_eq!(models.len(), 1);
     assert_eq!(models[0].name, "Portrait_??of_1865");
     let mesh = &models[0].mesh;
-    // The reader numbers vertices in the order of their first use, so that they are compared corner by corner.
+    // The reader numbers vertices in the order of their first use, so that they are compared corner
+    // by corner.
     let (positions, _) = mesh.positions.as_chunks::<3>();
     let (normals, _) = mesh.normals.as_chunks::<3>();
     assert_eq!(positions.len(), solid.vertex_count());

@@ -6,8 +6,8 @@ use std::{
     ops::Range,
 };
 
-/// Formats items in parallel and writes them in order, so that neither the text as a whole nor more than a few MB of it is
-/// ever held.
+/// Formats items in parallel and writes them in order, so that neither the text as a whole nor more
+/// than a few MB of it is ever held.
 pub(super) fn in_order(
     writer: &mut impl Write,
     items: Range<usize>,
@@ -47,7 +47,8 @@ pub(super) fn in_pieces(
     Ok(())
 }
 
-/// The shortest decimal that reads back as the same number, without an exponent: not every reader takes one.
+/// The shortest decimal that reads back as the same number, without an exponent: not every reader
+/// takes one.
 pub(super) fn plain_decimal(text: &mut Vec<u8>, value: f32) {
     let mut buffer = zmij::Buffer::new();
     let shortest = buffer.format_finite(value);

@@ -27,7 +27,8 @@ impl Format {
     /// Writes the block to anything that takes bytes.
     ///
     /// # Errors
-    /// Those of the writer, and [`io::ErrorKind::InvalidInput`] for what [`check`](Self::check) refuses.
+    /// Those of the writer, and [`io::ErrorKind::InvalidInput`] for what [`check`](Self::check)
+    /// refuses.
     pub fn write(self, writer: &mut impl io::Write, solid: &Solid, design: &Design) -> io::Result<()> {
         match self {
             Self::Stl => write_stl(writer, solid, design),
@@ -47,8 +48,8 @@ impl Format {
 /// Writes the block in the format that the extension names. The file appears whole or not at all.
 ///
 /// # Errors
-/// An unknown extension, a block too large for the format, or a file that cannot be written. A STEP file gets the net that
-/// the picture needs; [`choose_net`] and [`write_step`] give the choice.
+/// An unknown extension, a block too large for the format, or a file that cannot be written. A STEP
+/// file gets the net that the picture needs; [`choose_net`] and [`write_step`] give the choice.
 #[cfg(feature = "files")]
 pub fn export(path: &Path, solid: &Solid, design: &Design) -> Result<(), ExportError> {
     let format = Format::from_path(path)?;

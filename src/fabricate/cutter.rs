@@ -15,8 +15,8 @@ pub enum CutterShape {
 
 /// A cutter with its radius and the radius of its corner, mm.
 ///
-/// All three are one family: a plane disc of radius `radius - corner` with a torus of radius `corner` around it. A ball is all
-/// corner, a flat end mill has none.
+/// All three are one family: a plane disc of radius `radius - corner` with a torus of radius
+/// `corner` around it. A ball is all corner, a flat end mill has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cutter {
     shape: CutterShape,
@@ -109,8 +109,8 @@ impl Cutter {
         self.radius_mm
     }
 
-    /// Radius of its corner, mm: that of a ball is its radius, that of a flat end mill 0. No hollow of a smaller radius can be
-    /// cut.
+    /// Radius of its corner, mm: that of a ball is its radius, that of a flat end mill 0. No hollow
+    /// of a smaller radius can be cut.
     pub fn corner_mm(&self) -> f64 {
         self.corner_mm
     }
@@ -120,7 +120,8 @@ impl Cutter {
         self.radius_mm - self.corner_mm
     }
 
-    /// Height of the cutter's surface above its tip at a distance from its axis, mm; infinite beyond its radius.
+    /// Height of the cutter's surface above its tip at a distance from its axis, mm; infinite
+    /// beyond its radius.
     #[inline]
     pub fn profile_mm(&self, from_axis_mm: f64) -> f64 {
         if from_axis_mm > self.radius_mm {
@@ -147,7 +148,8 @@ impl Cutter {
         self.disc_mm() + self.corner_mm * slope / (1.0 + slope * slope).sqrt()
     }
 
-    /// The cutter with a skin of this thickness: where its tip may go (plus the skin) if a pass shall leave an allowance.
+    /// The cutter with a skin of this thickness: where its tip may go (plus the skin) if a pass
+    /// shall leave an allowance.
     pub(super) fn grown(&self, skin_mm: f64) -> Self {
         let corner_mm = self.corner_mm + skin_mm;
         Self { shape: self.shape, radius_mm: self.radius_mm + skin_mm, corner_mm }
@@ -167,7 +169,8 @@ impl fmt::Display for Cutter {
 impl FromStr for Cutter {
     type Err = CutterError;
 
-    /// Reads `ball:3mm`, `flat:6mm`, `bull:6mm,1mm`: radii, with mm, cm, m or in; a bare number is mm.
+    /// Reads `ball:3mm`, `flat:6mm`, `bull:6mm,1mm`: radii, with mm, cm, m or in; a bare number is
+    /// mm.
     fn from_str(text: &str) -> Result<Self, CutterError> {
         let fault = |why: String| CutterError::Text { text: text.to_owned(), why };
         let (kind, sizes) = text.split_once(':').ok_or_else(|| fault("it names no radius".into()))?;

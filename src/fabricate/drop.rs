@@ -19,11 +19,12 @@ pub struct Contact {
 
 /// Drops one cutter onto one face.
 ///
-/// The face is the spline through its nodes, cut off at the block's border. The tip's height is the greatest of
-/// `h(p) - profile(|p - axis|)` over the points `p` of the block under the cutter. Where the cutter is a ball and no hollow in question is
-/// as sharp as the ball, that is a concave problem, which Newton's iteration solves to 1e-9 mm. Elsewhere the
-/// nodes are searched, with bounds over tiles of the face, and the best are improved by pattern search between
-/// the nodes to 1e-6 mm.
+/// The face is the spline through its nodes, cut off at the block's border. The tip's height is the
+/// greatest of `h(p) - profile(|p - axis|)` over the points `p` of the block under the cutter.
+/// Where the cutter is a ball and no hollow in question is as sharp as the ball, that is a concave
+/// problem, which Newton's iteration solves to 1e-9 mm. Elsewhere the nodes are searched, with
+/// bounds over tiles of the face, and the best are improved by pattern search between the nodes to
+/// 1e-6 mm.
 #[derive(Debug)]
 pub struct DropCutter<'a> {
     surface: &'a HeightField,
@@ -103,8 +104,9 @@ impl<'a> DropCutter<'a> {
         self.cutter
     }
 
-    /// Where the cutter comes to rest with its axis at `axis`, mm; `None` if it passes the block. `guess` is a point that may
-    /// be near the contact, such as the contact of a neighbour; it has no influence on the result beyond rounding.
+    /// Where the cutter comes to rest with its axis at `axis`, mm; `None` if it passes the block.
+    /// `guess` is a point that may be near the contact, such as the contact of a neighbour; it has
+    /// no influence on the result beyond rounding.
     pub fn drop(&self, axis: DVec2, guess: DVec2) -> Option<Contact> {
         let radius = self.cutter.radius_mm();
         let (lower, upper) = (self.surface.extent().lower(), -self.surface.extent().lower());
@@ -120,7 +122,8 @@ impl<'a> DropCutter<'a> {
             let candidates = [nearest, self.within(axis, uphill)].map(|at| Contact { tip_mm: self.rest(axis, at), at });
             candidates[usize::from(candidates[1].tip_mm > candidates[0].tip_mm)]
         });
-        // Tiles in which a higher point may be, and whether the problem is concave on all that they span.
+        // Tiles in which a higher point may be, and whether the problem is concave on all that they
+        // span.
         let mut survivors: [(usize, f64); MOST_SURVIVORS] = [(0, 0.0); MOST_SURVIVORS];
         let (mut count, mut span) = (0, [(usize::MAX, 0), (usize::MAX, 0)]);
         let origin = axis - lower;
@@ -179,11 +182,13 @@ impl<'a> DropCutter<'a> {
         let lower = self.surface.extent().lower();
         let under = |at: DVec2| axis + (at - axis).clamp_length_max(self.cutter.radius_mm() * (1.0 - 1e-12));
         let inside = under(at).clamp(lower, -lower);
-        // A projection onto the block brings a point nearer to an axis above it; beside it once more around.
+        // A projection onto the block brings a point nearer to an axis above it; beside it once
+        // more around.
         under(inside).clamp(lower, -lower)
     }
 
-    /// Newton's iteration for a ball. `None` where it leaves the block or the ball, or the problem is not concave.
+    /// Newton's iteration for a ball. `None` where it leaves the block or the ball, or the problem
+    /// is not concave.
     fn climb(&self, axis: DVec2, guess: DVec2) -> Option<Contact> {
         if self.cutter.disc_mm() > 0.0 || self.cutter.corner_mm() == 0.0 {
             return None;
@@ -209,7 +214,8 @@ impl<'a> DropCutter<'a> {
                 return None;
             }
             let step = -(hessian.inverse() * gradient).clamp_length_max(0.25 * radius);
-            // The error of the height, and after this step that of the place too, is quadratic in the step.
+            // The error of the height, and after this step that of the place too, is quadratic in
+            // the step.
             if step.length_squared() < 1e-10 {
                 return Some(Contact { tip_mm: face.height_mm + depth - radius, at: at + step });
             }
@@ -218,7 +224,8 @@ impl<'a> DropCutter<'a> {
         None
     }
 
-    /// The best node of the tiles, and what is to be gained around it and around others that might be as good.
+    /// The best node of the tiles, and what is to be gained around it and around others that might
+    /// be as good.
     fn search(&self, axis: DVec2, tiles: &[(usize, f64)], best: &mut Contact) {
         let heights = self.surface.heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
@@ -323,8 +330,9 @@ fn apart(at: f64, k: usize, size: f64) -> f64 {
     (low - at).max(at - low - size).max(0.0)
 }
 
-/// Heights of a cutter's tip with its axis over each node of a face, mm: the face as a machine needs it that moves the tip of that
-/// cutter (dilation of the face by the cutter). On the face's own zero: the mean of the result is not 0.
+/// Heights of a cutter's tip with its axis over each node of a face, mm: the face as a machine
+/// needs it that moves the tip of that cutter (dilation of the face by the cutter). On the face's
+/// own zero: the mean of the result is not 0.
 pub fn tool_offset(surface: &HeightField, cutter: Cutter) -> Field<f64> {
     let (nx, ny) = (surface.heights_mm().nx(), surface.heights_mm().ny());
     let drop = DropCutter::new(surface, cutter);

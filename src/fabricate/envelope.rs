@@ -8,9 +8,10 @@ use crate::{
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Nodes of a milled face from one row to the next. Their slopes are linear in between, and they throw light as far as the scallops do
-/// but for a fifteenth at most. Not a whole number but the worst approximable one, so that in no region of the face all scallops are
-/// caught in the same phase: that would draw bands that are not there.
+/// Nodes of a milled face from one row to the next. Their slopes are linear in between, and they
+/// throw light as far as the scallops do but for a fifteenth at most. Not a whole number but the
+/// worst approximable one, so that in no region of the face all scallops are caught in the same
+/// phase: that would draw bands that are not there.
 pub const SAMPLES_PER_ROW: f64 = 7.618_034;
 
 /// Steps of Newton's iteration along a row, with bisection where that does not converge.
@@ -26,13 +27,14 @@ const AT_POSITION: f64 = 1e-9;
 pub struct Milled {
     /// Heights on nodes fine enough for the scallops.
     pub surface: HeightField,
-    /// Slopes at the same nodes, mm per mm: those of the cutter where it was last. No spline through the heights has them.
+    /// Slopes at the same nodes, mm per mm: those of the cutter where it was last. No spline
+    /// through the heights has them.
     pub slopes: Field<DVec2>,
 }
 
 impl Milled {
-    /// The face that a pass leaves. One that is not rectangular is cut into a larger [`sheet`](HeightField::sheet), on which the cutter
-    /// goes straight on across the outline.
+    /// The face that a pass leaves. One that is not rectangular is cut into a larger
+    /// [`sheet`](HeightField::sheet), on which the cutter goes straight on across the outline.
     ///
     /// # Errors
     /// Whatever [`Rows::along`] and [`Rows::milled`] refuse.
@@ -44,7 +46,8 @@ impl Milled {
         let (mut heights, mut slopes) = Rows::along(&sheet, pass)?.cut()?;
         let (extent, contour, (nx, ny)) = (surface.extent(), surface.contour(), (heights.nx(), heights.ny()));
         let nodes = heights.as_mut_slice().par_iter_mut().zip(slopes.as_mut_slice()).enumerate();
-        // Towards the corners of the sheet the face may fall off more steeply than a cutter comes down to it; they are cut away.
+        // Towards the corners of the sheet the face may fall off more steeply than a cutter comes
+        // down to it; they are cut away.
         nodes.filter(|(_, (z, _))| !z.is_finite()).for_each(|(k, (z, slope))| {
             if !contour.contains(extent.node(k % nx, k / nx, nx, ny)) {
                 (*z, *slope) = (f64::NAN, DVec2::ZERO);
@@ -73,7 +76,8 @@ impl Rows<'_> {
         Ok(self.left(nx, ny))
     }
 
-    /// Nodes that resolve the scallops, and twice as many as the design has, between which slopes are nearly linear.
+    /// Nodes that resolve the scallops, and twice as many as the design has, between which slopes
+    /// are nearly linear.
     fn nodes(&self) -> (usize, usize) {
         let along = |size: f64, across: f64, nodes: usize| {
             let cells = size * SAMPLES_PER_ROW * across.abs() / self.pass.step_over_mm;
@@ -83,12 +87,14 @@ impl Rows<'_> {
         (along(extent.width_mm, self.across.x, heights.nx()), along(extent.height_mm, self.across.y, heights.ny()))
     }
 
-    /// Heights that the pass leaves at `nx` by `ny` nodes, mm, on the zero of the design, and slopes.
+    /// Heights that the pass leaves at `nx` by `ny` nodes, mm, on the zero of the design, and
+    /// slopes.
     ///
-    /// At every node the least of `tip + profile` over all rows and all positions in them. For a ball that is a convex
-    /// problem as far as the face bulges less than the ball, solved from row to row and by Newton's iteration along
-    /// them; for other cutters all positions within reach are searched, with bounds over stretches of the rows, and the
-    /// best is improved between positions.
+    /// At every node the least of `tip + profile` over all rows and all positions in them. For a
+    /// ball that is a convex problem as far as the face bulges less than the ball, solved from row
+    /// to row and by Newton's iteration along them; for other cutters all positions within reach
+    /// are searched, with bounds over stretches of the rows, and the best is improved between
+    /// positions.
     pub fn left(&self, nx: usize, ny: usize) -> (Field<f64>, Field<DVec2>) {
         let extent = self.surface.extent();
         let spline = SurfaceSpline::through(self.surface);
@@ -164,8 +170,9 @@ struct Cut {
 }
 
 impl Sweep<'_> {
-    /// What is left at `at` (along and across the rows, mm), by cutters whose axes are likely near `axis`. No cutter leaves less than
-    /// `floor`, mm. `inside` says that all cutters that reach here have their axes over the block.
+    /// What is left at `at` (along and across the rows, mm), by cutters whose axes are likely near
+    /// `axis`. No cutter leaves less than `floor`, mm. `inside` says that all cutters that reach
+    /// here have their axes over the block.
     fn cut(&self, at: DVec2, axis: DVec2, floor: f64, inside: bool) -> Cut {
         let rows = self.rows;
         let position = (axis.y - rows.first.y) / rows.pass.step_over_mm;
@@ -173,8 +180,9 @@ impl Sweep<'_> {
         let cutter = &rows.pass.cutter;
         let ball = cutter.disc_mm() == 0.0;
         let start = if ball { self.downhill(at, row, axis.x) } else { self.try_at(at, row, axis.x) };
-        // The way of the tip falls off beside the block: no longer a convex problem. But where no more than a scallop is left, or
-        // two on a bulge, the cutter that touches the design has been found.
+        // The way of the tip falls off beside the block: no longer a convex problem. But where no
+        // more than a scallop is left, or two on a bulge, the cutter that touches the design has
+        // been found.
         let scallops = 0.25 * rows.pass.step_over_mm * rows.pass.step_over_mm / cutter.radius_mm();
         if ball && (inside || start.height - floor < scallops) {
             return start;
@@ -313,11 +321,13 @@ impl Sweep<'_> {
         Some(Tip { height, slope: (p + t * (2.0 * c + 3.0 * d * t)) / h, bend: (2.0 * c + 6.0 * d * t) / (h * h) })
     }
 
-    /// The least that any cutter leaves at `at`: all positions within its reach. `best` is what is known so far.
+    /// The least that any cutter leaves at `at`: all positions within its reach. `best` is what is
+    /// known so far.
     fn search(&self, at: DVec2, mut best: Cut) -> Cut {
         let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
         let (radius, step_over) = (cutter.radius_mm(), rows.pass.step_over_mm);
-        // What positions can miss between each other: the profile's bend of a ball, which goes downhill after this, else its steepest slope.
+        // What positions can miss between each other: the profile's bend of a ball, which goes
+        // downhill after this, else its steepest slope.
         let slack = match cutter.shape() {
             CutterShape::Ball => 4.0 * rows.spacing_mm * rows.spacing_mm / cutter.corner_mm(),
             CutterShape::Bull | CutterShape::Flat => 3.0 * rows.spacing_mm,
@@ -355,8 +365,8 @@ impl Sweep<'_> {
         best
     }
 
-    /// The best of the positions of a row on some of its stretches that may be below `limit`, and of the ends of its reach, which
-    /// are positions too: a rim cuts with them.
+    /// The best of the positions of a row on some of its stretches that may be below `limit`, and
+    /// of the ends of its reach, which are positions too: a rim cuts with them.
     fn search_row(&self, at: DVec2, row: usize, (low, high): (usize, usize), limit: f64) -> Cut {
         let (rows, cutter) = (self.rows, &self.rows.pass.cutter);
         let (radius, aside) = (cutter.radius_mm(), self.aside(at, row));

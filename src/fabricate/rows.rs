@@ -70,8 +70,8 @@ pub struct Pass {
     pub step_over_mm: f64,
     /// Along what.
     pub direction: Direction,
-    /// What the pass leaves on the face, measured along its normal, mm: 0 for the last pass, the allowance for finishing of a
-    /// roughing pass.
+    /// What the pass leaves on the face, measured along its normal, mm: 0 for the last pass, the
+    /// allowance for finishing of a roughing pass.
     pub allowance_mm: f64,
 }
 
@@ -155,8 +155,8 @@ impl Pass {
         Ok(())
     }
 
-    /// What the pass takes on a block of this outline, seen from above: rows to and fro that run out by the cutter's radius at both ends,
-    /// and the links between them.
+    /// What the pass takes on a block of this outline, seen from above: rows to and fro that run
+    /// out by the cutter's radius at both ends, and the links between them.
     pub fn cost(&self, block: &Contour) -> RowsCost {
         let along = self.direction.unit();
         let across = along.perp();
@@ -190,7 +190,8 @@ impl RowsCost {
     }
 }
 
-/// The way of the cutter's tip along all rows: at equidistant places its height and how steeply it rises there.
+/// The way of the cutter's tip along all rows: at equidistant places its height and how steeply it
+/// rises there.
 #[derive(Debug)]
 pub struct Rows<'a> {
     pub(super) surface: &'a HeightField,
@@ -211,8 +212,8 @@ pub struct Rows<'a> {
     pub(super) kinks: Vec<Vec<Kink>>,
 }
 
-/// Between two positions the contact jumps, and another contact may hold the cutter up on the way: where the tangents of both meet
-/// it has been dropped once more.
+/// Between two positions the contact jumps, and another contact may hold the cutter up on the way:
+/// where the tangents of both meet it has been dropped once more.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kink {
     /// The position before it.
@@ -223,11 +224,11 @@ pub(super) struct Kink {
     pub(super) tip: [f64; 2],
 }
 
-/// Positions in a row are at most this part of the node spacing apart: the way of the tip is cubic between them, and its error is
-/// curved, which light notices.
+/// Positions in a row are at most this part of the node spacing apart: the way of the tip is cubic
+/// between them, and its error is curved, which light notices.
 const PER_NODE: f64 = 1.0 / 3.0;
-/// And at most these parts of the radius of a ball, of the radius of a corner (whose disc bends the way of the tip suddenly), and of
-/// that of a sharp rim.
+/// And at most these parts of the radius of a ball, of the radius of a corner (whose disc bends the
+/// way of the tip suddenly), and of that of a sharp rim.
 const PER_BALL: f64 = 0.1;
 const PER_CORNER: f64 = 0.05;
 const PER_RIM: f64 = 0.02;
@@ -298,8 +299,9 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// How steeply the tip rises along the row: by the envelope theorem the profile's slope at the contact. Not a number where a sharp rim
-/// touches. `None` where the flank touches an edge of the block: rows run out before that, and the glass is none the wiser.
+/// How steeply the tip rises along the row: by the envelope theorem the profile's slope at the
+/// contact. Not a number where a sharp rim touches. `None` where the flank touches an edge of the
+/// block: rows run out before that, and the glass is none the wiser.
 fn slope(cutter: &Cutter, offset: DVec2, along: DVec2) -> Option<f64> {
     let from_axis = offset.length();
     if cutter.corner_mm() == 0.0 {
@@ -315,9 +317,10 @@ fn slope(cutter: &Cutter, offset: DVec2, along: DVec2) -> Option<f64> {
     }
 }
 
-/// No face is as steep as this; only edges are touched so. Over an edge the way of the tip is the profile upside down, of which a
-/// cubic over a stretch `h` misses `h^4 / 384 * 3 (1 + 4 s^2 / (1 + s^2)) (1 + s^2)^(7/2) / r^3` at the slope `s`: at the spacings
-/// above 6e-5 of the corner's radius at a slope of 2, and twelve times as much at 3.
+/// No face is as steep as this; only edges are touched so. Over an edge the way of the tip is the
+/// profile upside down, of which a cubic over a stretch `h` misses `h^4 / 384 * 3 (1 + 4 s^2 / (1 +
+/// s^2)) (1 + s^2)^(7/2) / r^3` at the slope `s`: at the spacings above 6e-5 of the corner's radius
+/// at a slope of 2, and twelve times as much at 3.
 const STEEPEST: f64 = 2.0;
 
 /// A contact that moves by more than this many spacings from one position to the next has jumped.

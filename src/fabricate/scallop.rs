@@ -14,8 +14,9 @@ pub struct Scallop {
 }
 
 impl Scallop {
-    /// Of a cutter at a step-over, mm. The corner counts, which is what cuts on a slope. `None` for a flat end mill, which
-    /// leaves steps instead, and beyond a step-over of twice the corner radius.
+    /// Of a cutter at a step-over, mm. The corner counts, which is what cuts on a slope. `None` for
+    /// a flat end mill, which leaves steps instead, and beyond a step-over of twice the corner
+    /// radius.
     pub fn of(cutter: Cutter, step_over_mm: f64) -> Option<Self> {
         let (radius, half) = (cutter.corner_mm(), 0.5 * step_over_mm);
         let square = radius * radius - half * half;
@@ -27,8 +28,9 @@ impl Scallop {
         })
     }
 
-    /// The scallops that a polish of this standard deviation (mm) leaves: their first harmonic, whose amplitude for parabolas is
-    /// `4 / pi^2` of their height, damped by `exp(-2 pi^2 sigma^2 / s^2)`.
+    /// The scallops that a polish of this standard deviation (mm) leaves: their first harmonic,
+    /// whose amplitude for parabolas is `4 / pi^2` of their height, damped by `exp(-2 pi^2 sigma^2
+    /// / s^2)`.
     pub fn polished(self, sigma_mm: f64) -> Self {
         if sigma_mm <= 0.0 {
             return self;

@@ -28,7 +28,8 @@ pub struct Hollow {
 }
 
 impl FaceShape {
-    /// Measures the spline through the nodes, at the nodes, between which its second derivatives are linear.
+    /// Measures the spline through the nodes, at the nodes, between which its second derivatives
+    /// are linear.
     pub fn of(surface: &HeightField) -> Self {
         Self::of_spline(surface, &SurfaceSpline::through(surface))
     }
@@ -65,7 +66,8 @@ impl FaceShape {
         Self { extent, hollow_per_mm, slope, step, within }
     }
 
-    /// The greater principal curvature, per mm: positive where the face is hollow as the cutter sees it.
+    /// The greater principal curvature, per mm: positive where the face is hollow as the cutter
+    /// sees it.
     pub fn hollow_per_mm(&self) -> &Field<f64> {
         &self.hollow_per_mm
     }
@@ -92,7 +94,8 @@ impl FaceShape {
         nodes.iter().filter(|curvature| **curvature * radius_mm > 1.0).count() as f64 / self.within as f64
     }
 
-    /// The greatest step of slope from a flat triangle to the next, if the face is cut along its nodes into such.
+    /// The greatest step of slope from a flat triangle to the next, if the face is cut along its
+    /// nodes into such.
     pub fn facet_step(&self) -> f64 {
         self.step
     }
@@ -108,7 +111,8 @@ impl FaceShape {
     }
 }
 
-/// The greater principal curvature of the graph of a function with this gradient and these second derivatives.
+/// The greater principal curvature of the graph of a function with this gradient and these second
+/// derivatives.
 fn hollow(slope: DVec2, [xx, xy, yy]: [f64; 3]) -> f64 {
     let (e, f, g) = (1.0 + slope.x * slope.x, slope.x * slope.y, 1.0 + slope.y * slope.y);
     let area = e * g - f * f;

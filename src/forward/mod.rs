@@ -1,7 +1,9 @@
-//! Forward caustics (section 2.1 of the paper): cast the photon mesh through a height field and weigh its beams.
+//! Forward caustics (section 2.1 of the paper): cast the photon mesh through a height field and
+//! weigh its beams.
 //!
-//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise, and shares the spline
-//! with the surface it looks at; the judgement of an exported file is the verifier's, which shares nothing.
+//! This is the solvers' own view of the light, used to close their loop. It is fast, without noise,
+//! and shares the spline with the surface it looks at; the judgement of an exported file is the
+//! verifier's, which shares nothing.
 
 mod splat;
 
@@ -32,8 +34,8 @@ impl Geometry {
 /// What the receiver gets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Caustic {
-    /// Irradiance on the cells of the window; 1 is what every cell would get if all of the flux were spread evenly over the
-    /// window.
+    /// Irradiance on the cells of the window; 1 is what every cell would get if all of the flux
+    /// were spread evenly over the window.
     pub irradiance: Field<f64>,
     /// Share of the flux that lands beside the window.
     pub outside: f64,
@@ -45,8 +47,8 @@ pub struct Caustic {
     pub folds: Vec<(usize, usize)>,
 }
 
-/// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners that span the block edge to
-/// edge. Not finite where the light is totally reflected.
+/// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners
+/// that span the block edge to edge. Not finite where the light is totally reflected.
 pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx: usize, ny: usize) -> Field<DVec2> {
     let (lattice, light) = (spline.lattice(nx, ny), bench.incidence());
     let mut mesh = vec![DVec2::ZERO; nx * ny];
@@ -61,9 +63,9 @@ pub fn photon_mesh(spline: &SurfaceSpline, bench: &Bench, geometry: Geometry, nx
 
 /// The irradiance on `cells` of the window, from `beams` beams of light across the block.
 ///
-/// Every beam is the quadrilateral between four neighbouring rays, equations (1) to (3) of the paper: its flux is that of its
-/// cross section on the surface, spread over the area that it covers on the receiver. Beams that the outline of the block cuts are cut by
-/// it, along a chord.
+/// Every beam is the quadrilateral between four neighbouring rays, equations (1) to (3) of the
+/// paper: its flux is that of its cross section on the surface, spread over the area that it covers
+/// on the receiver. Beams that the outline of the block cuts are cut by it, along a chord.
 pub fn irradiance(
     spline: &SurfaceSpline,
     bench: &Bench,
@@ -81,7 +83,8 @@ pub fn irradiance(
         let incoming = light.at(from);
         Corner { at: (land(&incoming, bench, from, slope) - origin) * scale, flux: incoming.flux(slope) }
     };
-    // Bands of beams own a film each; films are added in order, so that the sum is the same for any number of threads.
+    // Bands of beams own a film each; films are added in order, so that the sum is the same for any
+    // number of threads.
     let rows_per_band = ny.div_ceil(BANDS);
     let bands: Vec<(usize, Film)> = (0..ny.div_ceil(rows_per_band))
         .into_par_iter()
@@ -144,7 +147,8 @@ pub fn irradiance(
     }
 }
 
-/// The triangles, points of the block, mm, whose light is the beam in this column and row: two, or the pieces within the outline.
+/// The triangles, points of the block, mm, whose light is the beam in this column and row: two, or
+/// the pieces within the outline.
 pub(crate) fn triangles(bench: &Bench, beams: (usize, usize), (i, j): (usize, usize), mut f: impl FnMut([DVec2; 3])) {
     let outline = bench.contour();
     let node = |i: usize, j: usize| bench.block().node(i, j, beams.0 + 1, beams.1 + 1);
@@ -253,8 +257,8 @@ mod tests {
 
     #[test]
     fn a_flat_mirror_shows_a_point_source_behind_itself() {
-        // The image lies 60 mm behind the mirror; its light falls off with the cube of the cosine over the square of the
-        // distance.
+        // The image lies 60 mm behind the mirror; its light falls off with the cube of the cosine
+        // over the square of the distance.
         let near = Bench::new(BLOCK, 90.0, ExitFace::Reflects).unwrap();
         for (intensity, power) in [(Intensity::Isotropic, 1.5), (Intensity::Lambertian, 2.0)] {
             let source = DVec3::new(12.0, -5.0, 60.0);
@@ -298,7 +302,8 @@ mod tests {
 
     #[test]
     fn a_smooth_lens_gives_its_analytic_irradiance() {
-        // On the plane, h = a x^2 / 2 sends x to x + D tan(asin(n sin t) - t), t = atan(a x): the irradiance follows.
+        // On the plane, h = a x^2 / 2 sends x to x + D tan(asin(n sin t) - t), t = atan(a x): the
+        // irradiance follows.
         let (a, ior, distance) = (-6e-4, 1.5, 200.0);
         let bench = bench(ExitFace::Refracts { ior });
         let caustic =

@@ -1,6 +1,7 @@
 use glam::DVec2;
 
-/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries per area of the mesh.
+/// A corner of a beam: where it lands, in cells of the receiver, and the flux density it carries
+/// per area of the mesh.
 #[derive(Clone, Copy)]
 pub(super) struct Corner {
     pub(super) at: DVec2,
@@ -9,9 +10,10 @@ pub(super) struct Corner {
 
 /// Part of the receiver on which a band of beams lands.
 ///
-/// Every beam is split into two triangles, over which its flux is spread evenly. Coverage of the cells is exact: each edge adds
-/// the area between itself and the right border of the film, weighted by the difference of the densities on its two sides, and a
-/// running sum over the row completes it. Neighbouring triangles share their edge, so that a mesh leaves no gap and counts
+/// Every beam is split into two triangles, over which its flux is spread evenly. Coverage of the
+/// cells is exact: each edge adds the area between itself and the right border of the film,
+/// weighted by the difference of the densities on its two sides, and a running sum over the row
+/// completes it. Neighbouring triangles share their edge, so that a mesh leaves no gap and counts
 /// nothing twice, however it is sheared; a folded triangle has negative density and negative area.
 pub(super) struct Film {
     columns: usize,
@@ -29,15 +31,16 @@ pub(super) struct Film {
     pub(super) folds: Vec<u32>,
 }
 
-/// Triangles of less area than this share of their longest edge's square, or of a cell, are put on one cell: the density of such a
-/// sliver is so large that rounding at its edges would be seen.
+/// Triangles of less area than this share of their longest edge's square, or of a cell, are put on
+/// one cell: the density of such a sliver is so large that rounding at its edges would be seen.
 const LEAST_AREA: f64 = 1e-7;
 /// Triangles of more cells than this are none, whatever their edges.
 const AMPLE_AREA: f64 = 1e-4;
 
 impl Film {
-    /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`, and triangles `pieces` of others, with
-    /// the number of the beam, whose flux is scaled by their area over half of a beam's.
+    /// Splats the beams between consecutive rows of `width` corners that are `whole(column, row)`,
+    /// and triangles `pieces` of others, with the number of the beam, whose flux is scaled by their
+    /// area over half of a beam's.
     pub(super) fn of_band(
         corners: &[Corner],
         width: usize,
@@ -124,7 +127,8 @@ impl Film {
         }
     }
 
-    /// Flux per area of half a beam, negative if it is folded; 0 if it is reflected or was put on a single cell.
+    /// Flux per area of half a beam, negative if it is folded; 0 if it is reflected or was put on a
+    /// single cell.
     #[inline(always)]
     fn density(&mut self, [a, b, c]: [Corner; 3], beam: u32, total: &mut f64) -> f64 {
         let flux = (a.flux + b.flux + c.flux) / 6.0;
@@ -164,11 +168,12 @@ impl Film {
         self.edge(bend, high, -weight);
     }
 
-    /// Adds `weight` times the area to the right of the edge, counted negative where it runs along +y: `weight` is the density
-    /// on its left less that on its right.
+    /// Adds `weight` times the area to the right of the edge, counted negative where it runs along
+    /// +y: `weight` is the density on its left less that on its right.
     #[inline(always)]
     fn edge(&mut self, from: DVec2, to: DVec2, weight: f64) {
-        // Triangles with a corner that is not finite have no density: no edge with a weight has such an end.
+        // Triangles with a corner that is not finite have no density: no edge with a weight has
+        // such an end.
         if weight == 0.0 || from.y == to.y {
             return;
         }
@@ -217,7 +222,8 @@ impl Film {
                     cells[column + 1] += share * part;
                 }
             } else {
-                // The share of the edge left of x grows linearly between x0 and x1; its integral is what a cell gets.
+                // The share of the edge left of x grows linearly between x0 and x1; its integral is
+                // what a cell gets.
                 let scale = 0.5 / (x1 - x0);
                 let covered = |x: f64| {
                     let inside = x.min(x1) - x0;

@@ -6,7 +6,8 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner, num_complex::Complex64};
 use std::sync::Arc;
 
-/// Convolution of fields of one size with one kernel. What lies outside of a field counts as 0, and nothing wraps round.
+/// Convolution of fields of one size with one kernel. What lies outside of a field counts as 0, and
+/// nothing wraps round.
 pub struct Convolution {
     size: (usize, usize),
     /// With room for the kernel.
@@ -25,12 +26,13 @@ impl std::fmt::Debug for Convolution {
     }
 }
 
-/// Rows handled by one task; a constant, so that the split does not depend on the number of threads.
+/// Rows handled by one task; a constant, so that the split does not depend on the number of
+/// threads.
 const ROWS_PER_TASK: usize = 16;
 
 impl Convolution {
-    /// Plans for fields of `nx` by `ny` and a kernel with an odd number of values along each side, whose middle one stands for
-    /// no shift.
+    /// Plans for fields of `nx` by `ny` and a kernel with an odd number of values along each side,
+    /// whose middle one stands for no shift.
     ///
     /// # Panics
     /// If a side of the kernel is even.
@@ -147,7 +149,8 @@ impl Convolution {
                 || (transform.make_output_vec(), transform.make_scratch_vec()),
                 |(output, scratch), (rows, spectra)| {
                     for (row, spectrum) in rows.chunks_mut(nx).zip(spectra.chunks_mut(half)) {
-                        // The spectrum of a real row: these are 0 but for rounding, which the transform would refuse.
+                        // The spectrum of a real row: these are 0 but for rounding, which the
+                        // transform would refuse.
                         spectrum[0].im = 0.0;
                         if px % 2 == 0 {
                             spectrum[half - 1].im = 0.0;

@@ -1,4 +1,5 @@
-//! Filters that are diagonal in cosines: the direct solution of Poisson's equation and its kin on a rectangle.
+//! Filters that are diagonal in cosines: the direct solution of Poisson's equation and its kin on a
+//! rectangle.
 
 use super::Field;
 use rayon::prelude::*;
@@ -9,10 +10,11 @@ use std::{f64::consts::PI, sync::Arc};
 /// Where the even reflection sits that makes the cosines complete.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
-    /// Even about the outermost values (DCT-I): values on nodes. Frequency `k` of `n` is `cos(pi k i / (n - 1))`.
+    /// Even about the outermost values (DCT-I): values on nodes. Frequency `k` of `n` is `cos(pi k
+    /// i / (n - 1))`.
     Nodes,
-    /// Even about half a step outside of them (DCT-II and III): values in cells. Frequency `k` of `n` is
-    /// `cos(pi k (i + 1/2) / n)`.
+    /// Even about half a step outside of them (DCT-II and III): values in cells. Frequency `k` of
+    /// `n` is `cos(pi k (i + 1/2) / n)`.
     Cells,
 }
 
@@ -40,7 +42,8 @@ impl CosineFilter {
         }
     }
 
-    /// Multiplies the cosine of frequency `(kx, ky)` in `field` by `symbol(kx, ky)`. A symbol of 1 is the identity.
+    /// Multiplies the cosine of frequency `(kx, ky)` in `field` by `symbol(kx, ky)`. A symbol of 1
+    /// is the identity.
     pub fn apply(&mut self, field: &mut Field<f64>, symbol: impl Fn(usize, usize) -> f64 + Sync) {
         let (nx, ny) = (self.along_x.len, self.along_y.len);
         assert_eq!((field.nx(), field.ny()), (nx, ny), "a filter planned for another size");
@@ -67,8 +70,8 @@ struct Transform {
 }
 
 enum Plan {
-    /// A complex transform of the even extension, which takes two real rows at once: their spectra are real, so that one
-    /// rides in the real part and the other in the imaginary part.
+    /// A complex transform of the even extension, which takes two real rows at once: their spectra
+    /// are real, so that one rides in the real part and the other in the imaginary part.
     Nodes(Arc<dyn Fft<f64>>),
     Cells(Arc<dyn TransformType2And3<f64>>),
 }
@@ -110,7 +113,8 @@ impl Transform {
     }
 }
 
-/// Rows handled by one task; a constant, so that the split does not depend on the number of threads.
+/// Rows handled by one task; a constant, so that the split does not depend on the number of
+/// threads.
 const ROWS_PER_TASK: usize = 16;
 
 fn each_row(rows: &mut [f64], len: usize, scratch_len: usize, f: impl Fn(&mut [f64], &mut [f64]) + Sync) {
@@ -158,8 +162,8 @@ pub(super) fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], nx: usi
     });
 }
 
-/// Eigenvalue of the grid graph's Laplacian (`-1, 2, -1`, natural ends) for frequency `k` of `n` values with symmetry
-/// about cells: `2 - 2 cos(pi k / n)`.
+/// Eigenvalue of the grid graph's Laplacian (`-1, 2, -1`, natural ends) for frequency `k` of `n`
+/// values with symmetry about cells: `2 - 2 cos(pi k / n)`.
 pub fn path_laplacian_eigenvalue(k: usize, n: usize) -> f64 {
     let half = PI * k as f64 / (2 * n) as f64;
     4.0 * half.sin().powi(2)

@@ -1,6 +1,7 @@
 use std::ops::{Index, IndexMut};
 
-/// A dense two-dimensional array, row-major: `[(i, j)]` is column `i` (along `+x`) of row `j` (along `+y`).
+/// A dense two-dimensional array, row-major: `[(i, j)]` is column `i` (along `+x`) of row `j`
+/// (along `+y`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field<T> {
     nx: usize,
@@ -68,7 +69,8 @@ impl<T: Clone> Field<T> {
 }
 
 impl Field<f64> {
-    /// Arithmetic mean, summed row by row so that rounding does not grow with the size of the field.
+    /// Arithmetic mean, summed row by row so that rounding does not grow with the size of the
+    /// field.
     pub fn mean(&self) -> f64 {
         self.data.chunks(self.nx).map(|row| row.iter().sum::<f64>()).sum::<f64>() / self.data.len() as f64
     }

@@ -1,7 +1,7 @@
 //! Two-dimensional arrays on a rectangle, and the ways between resolutions.
 //!
-//! Node grids span a rectangle edge to edge; cell grids tile it. Both are row-major: row `j` runs along `+y`, column `i`
-//! along `+x`.
+//! Node grids span a rectangle edge to edge; cell grids tile it. Both are row-major: row `j` runs
+//! along `+y`, column `i` along `+x`.
 
 mod convolve;
 pub mod dct;

@@ -20,11 +20,11 @@ pub enum Outline {
 }
 
 impl Outline {
-    /// The outline whose curve within an extent these points lie on, as nearly as `tolerance_mm`; `None` if it is none of those there
-    /// are.
+    /// The outline whose curve within an extent these points lie on, as nearly as `tolerance_mm`;
+    /// `None` if it is none of those there are.
     pub fn through(points: &[DVec2], extent: Extent, tolerance_mm: f64) -> Option<Self> {
-        // A point on a round corner tells its radius: (r - x)^2 + (r - y)^2 = r^2 with its distances x and y from the sides; the one that
-        // is furthest from both tells it best.
+        // A point on a round corner tells its radius: (r - x)^2 + (r - y)^2 = r^2 with its
+        // distances x and y from the sides; the one that is furthest from both tells it best.
         let from_sides = points.iter().map(|at| 0.5 * extent.as_vec() - at.abs());
         let corner = from_sides.max_by(|a, b| a.min_element().total_cmp(&b.min_element()))?;
         let radius_mm = corner.x + corner.y + (2.0 * corner.x * corner.y).max(0.0).sqrt();
@@ -34,7 +34,8 @@ impl Outline {
         })
     }
 
-    /// The outline of what goes on beyond this one by the same length on every side, mm, within an extent that has grown so.
+    /// The outline of what goes on beyond this one by the same length on every side, mm, within an
+    /// extent that has grown so.
     pub(crate) fn grown(self, by_mm: f64) -> Self {
         match self {
             Self::Rounded { radius_mm } => Self::Rounded { radius_mm: radius_mm + by_mm },
@@ -54,7 +55,8 @@ impl Outline {
     }
 }
 
-/// The curve around a block: a rectangle centred on the axis whose corners are quarters of ellipses. All outlines are that.
+/// The curve around a block: a rectangle centred on the axis whose corners are quarters of
+/// ellipses. All outlines are that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contour {
     half: DVec2,
@@ -64,8 +66,8 @@ pub struct Contour {
 /// Where a point lies with respect to a [`Contour`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Level {
-    /// Distance from the curve, mm, to first order in itself: exact on the curve, and everywhere for straight sides and
-    /// circular corners. Negative inside.
+    /// Distance from the curve, mm, to first order in itself: exact on the curve, and everywhere
+    /// for straight sides and circular corners. Negative inside.
     pub(crate) distance_mm: f64,
     /// The outward unit normal of the level curve.
     pub(crate) normal: DVec2,
@@ -134,8 +136,9 @@ impl Contour {
         }
     }
 
-    /// The point of the curve that a point near it belongs to: straight out from a straight side, along the ray from the centre of the
-    /// ellipse at a corner. Points in order around the curve keep their order.
+    /// The point of the curve that a point near it belongs to: straight out from a straight side,
+    /// along the ray from the centre of the ellipse at a corner. Points in order around the curve
+    /// keep their order.
     pub(crate) fn foot(&self, at: DVec2) -> DVec2 {
         let core = self.half - self.radius;
         let centre = at.clamp(-core, core);
@@ -162,7 +165,8 @@ impl Contour {
         (self.half - self.radius).dot(along.abs()) + (self.radius * along).length()
     }
 
-    /// Where a straight line through `at` along a unit vector enters and leaves, mm from `at`; `None` if it passes.
+    /// Where a straight line through `at` along a unit vector enters and leaves, mm from `at`;
+    /// `None` if it passes.
     pub fn chord_mm(&self, at: DVec2, along: DVec2) -> Option<(f64, f64)> {
         // Convex: inside of both is inside of every edge of a polygon as fine as nobody notices.
         let points = self.polygon(1e-6 * self.half.max_element());
@@ -202,8 +206,9 @@ impl Contour {
         inside.lerp(outside, 0.5 * (near + far))
     }
 
-    /// Cuts a convex cell, given by its corners in counter-clockwise order and whether they lie inside, along the chord between the
-    /// curve's crossings of its edges; hands out triangles of the part inside. A cell that is wholly inside or outside has none.
+    /// Cuts a convex cell, given by its corners in counter-clockwise order and whether they lie
+    /// inside, along the chord between the curve's crossings of its edges; hands out triangles of
+    /// the part inside. A cell that is wholly inside or outside has none.
     pub(crate) fn cut(&self, corners: [DVec2; 4], inside: [bool; 4], mut piece: impl FnMut([DVec2; 3])) {
         if inside.iter().all(|&v| v == inside[0]) {
             return;
@@ -230,8 +235,8 @@ impl Contour {
         }
     }
 
-    /// A closed polygon on the curve, counter-clockwise from the least x and the middle of y, whose segments deviate from it by no
-    /// more than `tolerance_mm`. Its last point is not its first.
+    /// A closed polygon on the curve, counter-clockwise from the least x and the middle of y, whose
+    /// segments deviate from it by no more than `tolerance_mm`. Its last point is not its first.
     pub fn polygon(&self, tolerance_mm: f64) -> Vec<DVec2> {
         let core = self.half - self.radius;
         if self.is_rectangle() {
@@ -257,7 +262,8 @@ impl Contour {
     }
 }
 
-/// What is left of a convex polygon where it reaches no further than `reach` along a vector: Sutherland and Hodgman's cut by one line.
+/// What is left of a convex polygon where it reaches no further than `reach` along a vector:
+/// Sutherland and Hodgman's cut by one line.
 pub(crate) fn cut_off(points: &[DVec2], along: DVec2, reach: f64) -> Vec<DVec2> {
     let mut left = Vec::with_capacity(points.len() + 2);
     for (k, &from) in points.iter().enumerate() {

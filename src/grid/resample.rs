@@ -3,8 +3,8 @@ use rayon::prelude::*;
 
 /// Averages a cell grid over the cells of another cell grid on the same rectangle.
 ///
-/// Values are densities, constant inside a cell: the integral over the rectangle is conserved exactly, whichever of the
-/// two grids is finer and whether or not one divides the other.
+/// Values are densities, constant inside a cell: the integral over the rectangle is conserved
+/// exactly, whichever of the two grids is finer and whether or not one divides the other.
 pub fn area_resample(cells: &Field<f64>, nx: usize, ny: usize) -> Field<f64> {
     if (nx, ny) == (cells.nx(), cells.ny()) {
         return cells.clone();
@@ -29,9 +29,11 @@ pub fn area_resample(cells: &Field<f64>, nx: usize, ny: usize) -> Field<f64> {
     Field::from_vec(nx, ny, data)
 }
 
-/// For each of `to` equal cells of the unit interval: which of `from` equal cells it overlaps, with weights of sum one.
+/// For each of `to` equal cells of the unit interval: which of `from` equal cells it overlaps, with
+/// weights of sum one.
 fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
-    // In units of 1 / (from * to) all borders are integers, so no sliver is ever lost or counted twice.
+    // In units of 1 / (from * to) all borders are integers, so no sliver is ever lost or counted
+    // twice.
     (0..to)
         .map(|k| {
             let (begin, end) = (k * from, (k + 1) * from);

@@ -1,9 +1,11 @@
-//! The paper's general caustic mesh: quads on the receiver, given by the user, that take the place of the rectangular window.
+//! The paper's general caustic mesh: quads on the receiver, given by the user, that take the place
+//! of the rectangular window.
 //!
-//! Vertex `(i, j)` of the mesh gets the light of a point of the block that the solver looks for; its border gets that of the
-//! block's border, its corners that of the corners. The mesh is understood as the smooth map that passes through its vertices
-//! (a bicubic spline), and may fold, turn over and overlap itself. Where several layers lie on top of each other, each is
-//! given its part of the light, so that all of them together draw the picture.
+//! Vertex `(i, j)` of the mesh gets the light of a point of the block that the solver looks for;
+//! its border gets that of the block's border, its corners that of the corners. The mesh is
+//! understood as the smooth map that passes through its vertices (a bicubic spline), and may fold,
+//! turn over and overlap itself. Where several layers lie on top of each other, each is given its
+//! part of the light, so that all of them together draw the picture.
 
 mod mesh;
 mod obj;
@@ -43,7 +45,8 @@ impl CausticMesh {
         Err(CausticMeshError::BeyondWindow { at_mm: worst.1, by_mm: worst.0, window_mm: window })
     }
 
-    /// The picture where the mesh lies, and no light beside it: what the light of a block can be on the window.
+    /// The picture where the mesh lies, and no light beside it: what the light of a block can be on
+    /// the window.
     ///
     /// # Errors
     /// A picture that is black wherever the mesh lies.
@@ -54,8 +57,8 @@ impl CausticMesh {
         Ok(TargetIrradiance::new(light)?)
     }
 
-    /// The flux that each of `quads` equal parts of the mesh shall get, mean 1: the light of the picture on it, shared with
-    /// the layers above and below.
+    /// The flux that each of `quads` equal parts of the mesh shall get, mean 1: the light of the
+    /// picture on it, shared with the layers above and below.
     pub(crate) fn flux(&self, target: &TargetIrradiance, bench: &Bench, quads: (usize, usize)) -> Field<f64> {
         let cells = target.cells();
         let layers = Layers::of(self, bench, (cells.nx(), cells.ny()));

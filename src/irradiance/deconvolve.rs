@@ -1,25 +1,28 @@
-//! The light that a perfect block must draw so that an imperfect one draws the picture (section 3.3 of the paper).
+//! The light that a perfect block must draw so that an imperfect one draws the picture (section 3.3
+//! of the paper).
 //!
-//! Richardson and Lucy's iteration for `K u = b`, with `K` the convolution, `b` the wanted light and `u >= 0` that of the
-//! perfect block:
+//! Richardson and Lucy's iteration for `K u = b`, with `K` the convolution, `b` the wanted light
+//! and `u >= 0` that of the perfect block:
 //!
 //! ```text
 //! u <- u * K^T(m b / K u) / K^T m
 //! ```
 //!
-//! with `m` 1 where the result is looked at. It is accelerated as Biggs and Andrews (Applied Optics 36, 1997) do, by
-//! extrapolating along the last step.
+//! with `m` 1 where the result is looked at. It is accelerated as Biggs and Andrews (Applied Optics
+//! 36, 1997) do, by extrapolating along the last step.
 //!
 //! # The border
-//! The block sends no light beyond its window. [`Border::Dark`] takes that for what it is: `u` is 0 outside, the result is
-//! looked at inside, and the outermost light is made brighter to stand in for what is missing. [`Border::Continued`] is the
-//! paper's way: the picture is extended at its borders and bevelled, deconvolved as a whole, and cut out of the result, so
-//! that nothing special happens at the border; the light of a real block then fades towards it.
+//! The block sends no light beyond its window. [`Border::Dark`] takes that for what it is: `u` is 0
+//! outside, the result is looked at inside, and the outermost light is made brighter to stand in
+//! for what is missing. [`Border::Continued`] is the paper's way: the picture is extended at its
+//! borders and bevelled, deconvolved as a whole, and cut out of the result, so that nothing special
+//! happens at the border; the light of a real block then fades towards it.
 //!
 //! # What no deconvolution can do
-//! A wave that the spread wipes out is not to be had back; the closer to that, the more light and dark must alternate for it.
-//! `u` is therefore held between [`Deconvolution::least`] and [`Deconvolution::greatest`], which bounds the range of light
-//! that the solver has to make, at little cost.
+//! A wave that the spread wipes out is not to be had back; the closer to that, the more light and
+//! dark must alternate for it. `u` is therefore held between [`Deconvolution::least`] and
+//! [`Deconvolution::greatest`], which bounds the range of light that the solver has to make, at
+//! little cost.
 
 use super::{Psf, TargetError, TargetIrradiance};
 use crate::grid::{Convolution, Field};
@@ -44,9 +47,11 @@ pub struct Deconvolution {
     pub rounds: usize,
     /// What lies beyond the border; default [`Border::Dark`].
     pub border: Border,
-    /// Least light, in means of the picture, or that of the picture if that is less; default 0.05. 0 up to 1.
+    /// Least light, in means of the picture, or that of the picture if that is less; default 0.05.
+    /// 0 up to 1.
     pub least: f64,
-    /// Greatest light, in means of the picture, or that of the picture if that is more; default 8. 1 up to 1000.
+    /// Greatest light, in means of the picture, or that of the picture if that is more; default 8.
+    /// 1 up to 1000.
     pub greatest: f64,
 }
 

@@ -17,7 +17,8 @@ pub enum Vignette {
     },
 }
 
-/// What is done to a picture before it becomes a target: dark parts still get the target's constant.
+/// What is done to a picture before it becomes a target: dark parts still get the target's
+/// constant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Framing {
     margin: f64,
@@ -42,7 +43,8 @@ impl Framing {
     /// Greatest accepted margin.
     pub const GREATEST_MARGIN: f64 = 0.45;
 
-    /// A margin, as a share of the window that stays dark on every side, around a picture with a vignette.
+    /// A margin, as a share of the window that stays dark on every side, around a picture with a
+    /// vignette.
     ///
     /// # Errors
     /// A share out of range.
@@ -56,7 +58,8 @@ impl Framing {
         }
     }
 
-    /// The picture in its frame. With a margin it has more pixels, so that none is resampled; the margin is whole pixels.
+    /// The picture in its frame. With a margin it has more pixels, so that none is resampled; the
+    /// margin is whole pixels.
     ///
     /// # Errors
     /// A picture that grows too large.

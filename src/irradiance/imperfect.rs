@@ -1,8 +1,9 @@
 //! Light and faces as they are: sources have a size, and polished glass is a little rough.
 //!
-//! Every cause turns the rays of one point of the face a little, by `w` in the plane of the cause (the source, the slopes of
-//! the face). To first order their landing points move by `J w`, where `J` is taken at the ray from the middle of the face to
-//! the middle of the window. For perpendicular parallel light, a face of index `n` and a receiver at the distance `D`, with a
+//! Every cause turns the rays of one point of the face a little, by `w` in the plane of the cause
+//! (the source, the slopes of the face). To first order their landing points move by `J w`, where
+//! `J` is taken at the ray from the middle of the face to the middle of the window. For
+//! perpendicular parallel light, a face of index `n` and a receiver at the distance `D`, with a
 //! point source `d` in front of a block of the thickness `t`:
 //!
 //! ```text
@@ -54,8 +55,8 @@ impl SourceSize {
 pub struct ImperfectLight {
     /// The size of the source.
     pub source: Option<SourceSize>,
-    /// Roughness of the structured face: the standard deviation of its slope along any one direction (Rdq of ISO 4287),
-    /// normally distributed.
+    /// Roughness of the structured face: the standard deviation of its slope along any one
+    /// direction (Rdq of ISO 4287), normally distributed.
     pub roughness: Option<f64>,
     /// What else spreads the light, as measured on the receiver.
     pub psf: Option<PsfPicture>,
@@ -77,7 +78,8 @@ impl ImperfectLight {
     /// The point spread function on `cells` of the window of a bench.
     ///
     /// # Errors
-    /// Numbers out of range, a source that does not fit the light, or more spread than the window is large.
+    /// Numbers out of range, a source that does not fit the light, or more spread than the window
+    /// is large.
     pub fn psf(&self, bench: &Bench, cells: (usize, usize)) -> Result<Psf, PsfError> {
         let ray = CentralRay::of(bench)?;
         let source = self.source.map(|source| ray.source_spot(source)).transpose()?;
@@ -100,7 +102,8 @@ impl<'a> CentralRay<'a> {
         Ok(Self { bench, slopes: face.slopes(to) })
     }
 
-    /// Where light that arrives at the middle of the face along `light` lands if the face has these slopes there, mm.
+    /// Where light that arrives at the middle of the face along `light` lands if the face has these
+    /// slopes there, mm.
     fn landing(&self, light: DVec3, slopes: DVec2) -> Result<DVec2, PsfError> {
         let out = Interface::new(self.bench.exit_face(), light).exitant(slopes);
         let at = out.map_or(DVec2::NAN, |out| self.bench.receiver().landing(DVec3::ZERO, out));
@@ -167,7 +170,8 @@ impl<'a> CentralRay<'a> {
     }
 }
 
-/// The direction of parallel light inside of the block if its source moves by the angles `by` across it.
+/// The direction of parallel light inside of the block if its source moves by the angles `by`
+/// across it.
 fn turned(face: ExitFace, direction: DVec3, by: DVec2) -> Result<DVec3, PsfError> {
     let n = face.ior();
     let tangential = n * direction.truncate();
@@ -239,8 +243,8 @@ mod tests {
 
     #[test]
     fn tilted_light_spreads_more_along_its_tilt() {
-        // In air at 30 degrees, straight on to the receiver: along the tilt a turn moves the spot by D / cos^2, across by
-        // D / cos.
+        // In air at 30 degrees, straight on to the receiver: along the tilt a turn moves the spot
+        // by D / cos^2, across by D / cos.
         let angle = 30.0_f64.to_radians();
         let inside = DVec3::new(angle.sin() / 1.5, 0.0, (1.0 - (angle.sin() / 1.5).powi(2)).sqrt());
         let shift = DVec2::new(250.0 * angle.tan(), 0.0);

@@ -1,13 +1,15 @@
-//! Point spread functions on the receiver: the light that arrives where a perfect block in perfect light would send a single
-//! ray (section 3.3 of the paper).
+//! Point spread functions on the receiver: the light that arrives where a perfect block in perfect
+//! light would send a single ray (section 3.3 of the paper).
 
 use crate::grid::{Convolution, Extent, Field};
 use glam::{DMat2, DVec2};
 
-/// A point spread function on the pixels of a target: what of the light of a pixel arrives on its neighbours.
+/// A point spread function on the pixels of a target: what of the light of a pixel arrives on its
+/// neighbours.
 ///
-/// Pixels are taken as what they are in a target, squares of even light: the weights are exact averages over pixels of that
-/// light, blurred. They are never negative, their sum is 1, and a function without width has the single weight 1.
+/// Pixels are taken as what they are in a target, squares of even light: the weights are exact
+/// averages over pixels of that light, blurred. They are never negative, their sum is 1, and a
+/// function without width has the single weight 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Psf {
     /// Odd numbers of values, the middle one for no shift, in the frame's order.
@@ -15,7 +17,8 @@ pub struct Psf {
     pixel_mm: DVec2,
 }
 
-/// A measured point spread function: a picture of the speck that a thin beam through the block makes on the receiver.
+/// A measured point spread function: a picture of the speck that a thin beam through the block
+/// makes on the receiver.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PsfPicture {
     /// In the frame's order, sum 1, without a border of zeros.
@@ -103,7 +106,8 @@ impl PsfPicture {
     /// Accepted sizes of a pixel, mm.
     pub const PIXEL_LIMITS_MM: (f64, f64) = (1e-5, 1e3);
 
-    /// Takes light in the frame's order (see [`to_picture_order`](super::to_picture_order)), in any unit, on square pixels.
+    /// Takes light in the frame's order (see [`to_picture_order`](super::to_picture_order)), in any
+    /// unit, on square pixels.
     ///
     /// # Errors
     /// Values that are no light, nothing but black, or a pixel size out of range.
@@ -162,7 +166,8 @@ const GAUSSIAN_REACH: f64 = 4.5;
 const POINTS_PER_STEP: f64 = 4.0;
 /// Points across a shape, at least and at most.
 const POINTS: (f64, f64) = (256.0, 1024.0);
-/// Steps of the lattice on which several shapes are convolved, in a pixel; odd, so that both have their middle in common.
+/// Steps of the lattice on which several shapes are convolved, in a pixel; odd, so that both have
+/// their middle in common.
 const FINE_STEPS: usize = 5;
 /// Most steps from the middle of that lattice; coarser steps are taken beyond.
 const MOST_FINE_STEPS: f64 = 1024.0;
@@ -181,7 +186,8 @@ impl Psf {
         Self::of_spots(&[Spot::Picture(picture)], window, cells)
     }
 
-    /// All spots, one after the other (each spreads the light of the others), on `cells` of a window.
+    /// All spots, one after the other (each spreads the light of the others), on `cells` of a
+    /// window.
     ///
     /// Models are centred, and pictures are put with their middle by weight onto the middle.
     ///
@@ -273,8 +279,9 @@ impl Spot {
         }
     }
 
-    /// Weights on the points of a lattice of this step, each the spot's light times the hat function of the point: the exact
-    /// average over a cell of the blurred light of its neighbours, if that light is even in every cell.
+    /// Weights on the points of a lattice of this step, each the spot's light times the hat
+    /// function of the point: the exact average over a cell of the blurred light of its neighbours,
+    /// if that light is even in every cell.
     fn on_lattice(&self, step_mm: DVec2) -> Field<f64> {
         let reach = self.reach_mm() / step_mm;
         let middle = (reach.x.floor() as usize + 1, reach.y.floor() as usize + 1);
@@ -312,7 +319,8 @@ fn draw_shape(lattice: &mut Field<f64>, shape: SpotShape, to_lattice: DMat2, rea
     }
 }
 
-/// Averages the hat function of every point of the lattice over every pixel; `scale` is a pixel in steps of the lattice.
+/// Averages the hat function of every point of the lattice over every pixel; `scale` is a pixel in
+/// steps of the lattice.
 fn draw_picture(lattice: &mut Field<f64>, picture: &PsfPicture, scale: DVec2) {
     let values = &picture.values;
     let overlaps = |pixels: usize, points: usize, centre: f64, scale: f64| {
@@ -366,7 +374,8 @@ fn convolved(parts: &[Field<f64>]) -> Field<f64> {
     sum
 }
 
-/// A lattice of `steps` steps to a pixel, an odd number, gathered on the pixels by their hat functions.
+/// A lattice of `steps` steps to a pixel, an odd number, gathered on the pixels by their hat
+/// functions.
 fn gathered(fine: &Field<f64>, steps: usize) -> Field<f64> {
     if steps == 1 {
         return fine.clone();

@@ -3,8 +3,8 @@
 use super::Picture;
 use crate::grid::{Field, area_resample};
 
-/// Irradiance wanted on the cells of the receiver window, mean 1, in the [frame's](crate#frame-units-signs) order: row
-/// along `+y`, column along `+x`.
+/// Irradiance wanted on the cells of the receiver window, mean 1, in the
+/// [frame's](crate#frame-units-signs) order: row along `+y`, column along `+x`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetIrradiance {
     cells: Field<f64>,
@@ -50,7 +50,8 @@ impl TargetIrradiance {
     /// Least number of cells along a side.
     pub const LEAST_CELLS: usize = Picture::LEAST_SIDE;
 
-    /// Takes irradiance on cells in the frame's order, in any unit, and normalises it to the mean 1.
+    /// Takes irradiance on cells in the frame's order, in any unit, and normalises it to the mean
+    /// 1.
     ///
     /// # Errors
     /// Negative, non-finite or all-zero values, or too few cells.
@@ -69,7 +70,8 @@ impl TargetIrradiance {
         Ok(Self { cells: cells.map(|v| v / mean) })
     }
 
-    /// The light of a picture plus a constant (section 3.1 of the paper), which trades contrast for stability.
+    /// The light of a picture plus a constant (section 3.1 of the paper), which trades contrast for
+    /// stability.
     ///
     /// # Errors
     /// A black picture without offset, or an offset out of range.
@@ -79,7 +81,8 @@ impl TargetIrradiance {
         }
         let values = picture.values();
         let (nx, ny) = (values.nx(), values.ny());
-        // Seen from the block's side the picture's left is +x and its top is +y: both axes turn round.
+        // Seen from the block's side the picture's left is +x and its top is +y: both axes turn
+        // round.
         Self::new(Field::from_fn(nx, ny, |i, j| values[(nx - 1 - i, ny - 1 - j)] + offset))
     }
 
@@ -94,7 +97,8 @@ impl TargetIrradiance {
     }
 }
 
-/// Turns a field in the frame's order into the order of a picture (row 0 on top, column 0 on the left), or back.
+/// Turns a field in the frame's order into the order of a picture (row 0 on top, column 0 on the
+/// left), or back.
 pub fn to_picture_order<T: Copy>(field: &Field<T>) -> Field<T> {
     let mut data = field.as_slice().to_vec();
     data.reverse();

@@ -26,8 +26,9 @@ pub struct Arriving {
 }
 
 impl Profile {
-    /// The profile of a bench's light whose flux differs from the light's own by a factor `of` every ray. `thickness_mm` is that
-    /// from the entry face to the mean exit plane: light from the side enters elsewhere than it leaves.
+    /// The profile of a bench's light whose flux differs from the light's own by a factor `of`
+    /// every ray. `thickness_mm` is that from the entry face to the mean exit plane: light from the
+    /// side enters elsewhere than it leaves.
     ///
     /// # Errors
     /// Factors that are no light, or leave a part of the block dark.
@@ -61,7 +62,8 @@ impl Profile {
         Ok(Self::new(extent, Field::from_vec(n, n, data).map(|v| v / whole)))
     }
 
-    /// The profile of a light whose irradiance on the entry face has been measured: `picture`, row along `+y`, spans the block.
+    /// The profile of a light whose irradiance on the entry face has been measured: `picture`, row
+    /// along `+y`, spans the block.
     ///
     /// # Errors
     /// Those of [`Profile::of`], or too few pixels.

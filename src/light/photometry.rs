@@ -1,4 +1,5 @@
-//! Published photometry of lamps: IES files (ANSI/IES LM-63), as makers of torches and LEDs hand them out.
+//! Published photometry of lamps: IES files (ANSI/IES LM-63), as makers of torches and LEDs hand
+//! them out.
 
 use std::str::SplitWhitespace;
 
@@ -44,7 +45,8 @@ impl Photometry {
     /// # Errors
     /// Texts that are no such file.
     pub fn parse_ies(text: &str) -> Result<Self, PhotometryError> {
-        // Keywords end with the line that says how the lamp was tilted; numbers follow, in any number of lines.
+        // Keywords end with the line that says how the lamp was tilted; numbers follow, in any
+        // number of lines.
         let at = text.find("TILT=").ok_or(PhotometryError::Missing("TILT= line"))?;
         let (tilt, rest) = text[at + 5..].split_once('\n').ok_or(PhotometryError::Missing("numbers"))?;
         let mut numbers = Numbers(rest.split_whitespace());
@@ -100,7 +102,8 @@ impl Photometry {
         self.angles.iter().copied().zip(self.candela.iter().copied())
     }
 
-    /// Intensity at an angle to the axis, radians, candela: linear between the file's angles, none beyond the last.
+    /// Intensity at an angle to the axis, radians, candela: linear between the file's angles, none
+    /// beyond the last.
     pub fn candela_at(&self, angle: f64) -> f64 {
         let k = self.angles.partition_point(|&a| a <= angle);
         match (k.checked_sub(1), self.angles.get(k)) {

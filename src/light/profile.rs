@@ -1,4 +1,5 @@
-//! Light whose flux is spread unevenly over the block: a torch's cone, a lamp's published intensity, a beam that was photographed.
+//! Light whose flux is spread unevenly over the block: a torch's cone, a lamp's published
+//! intensity, a beam that was photographed.
 
 use crate::grid::{Extent, Field};
 use glam::DVec2;
@@ -36,8 +37,9 @@ pub enum ProfileError {
     },
 }
 
-/// Factors by which flux differs from that of the even light, or of the source, that lights the block; by the place where a ray
-/// crosses the mean plane of the exit face. Between its nodes it is bilinear.
+/// Factors by which flux differs from that of the even light, or of the source, that lights the
+/// block; by the place where a ray crosses the mean plane of the exit face. Between its nodes it is
+/// bilinear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     extent: Extent,

@@ -5,15 +5,17 @@ use glam::DVec3;
 pub enum Light {
     /// Parallel light.
     Parallel {
-        /// Unit vector along which it travels as it arrives at the structured face (for a block of glass: inside of it).
+        /// Unit vector along which it travels as it arrives at the structured face (for a block of
+        /// glass: inside of it).
         direction: DVec3,
     },
     /// Light from a point.
     Point {
-        /// The source, mm in the bench's frame: in front of the entry face of glass, in front of a mirror.
+        /// The source, mm in the bench's frame: in front of the entry face of glass, in front of a
+        /// mirror.
         position_mm: DVec3,
-        /// From the planar entry face of glass to the mean exit plane, mm: the entry face lies at `z = -thickness_mm`. A
-        /// mirror has no use for it.
+        /// From the planar entry face of glass to the mean exit plane, mm: the entry face lies at
+        /// `z = -thickness_mm`. A mirror has no use for it.
         thickness_mm: f64,
         /// How the source emits.
         intensity: Intensity,

@@ -1,23 +1,25 @@
 //! The wave of a point source
 //!
-//! A source `d` in front of the planar entry face of a block of index `n` lights the point `X` of the exit face, `rho` to
-//! the side of the source and `a` behind the entry face. The tangential part `m` of the ray's direction times the index is
-//! the same on both sides of the entry face (Snell), so that with `mu = |m|^2`
+//! A source `d` in front of the planar entry face of a block of index `n` lights the point `X` of
+//! the exit face, `rho` to the side of the source and `a` behind the entry face. The tangential
+//! part `m` of the ray's direction times the index is the same on both sides of the entry face
+//! (Snell), so that with `mu = |m|^2`
 //!
 //! ```text
 //! X_t - P_t = chi m,     chi(mu, a) = d / sqrt(1 - mu) + a / sqrt(n^2 - mu)
 //! W = m . (X_t - P_t) + d sqrt(1 - mu) + a sqrt(n^2 - mu),     grad W = N = (m, sqrt(n^2 - mu))
 //! ```
 //!
-//! `W` being the phase (eikonal) and stationary in `m`. A mirror, lit from the receiver's side, is the case `d = 0`, `n =
-//! 1` with `a` counted from the source downwards and `N_z` negative. Nothing is paraxial.
+//! `W` being the phase (eikonal) and stationary in `m`. A mirror, lit from the receiver's side, is
+//! the case `d = 0`, `n = 1` with `a` counted from the source downwards and `N_z` negative. Nothing
+//! is paraxial.
 //!
 //! # Flux
 //!
-//! The footprint `F = C psi(mu) m` measures flux: equal areas carry equal flux. For constant intensity it is Lambert's
-//! equal-area projection of the solid angle, `psi = sqrt(2 / (1 + sqrt(1 - mu)))`; for a Lambertian source `psi = 1`. `C`
-//! gives it the area of the block. Over the block it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x)
-//! m`.
+//! The footprint `F = C psi(mu) m` measures flux: equal areas carry equal flux. For constant
+//! intensity it is Lambert's equal-area projection of the solid angle, `psi = sqrt(2 / (1 + sqrt(1
+//! - mu)))`; for a Lambertian source `psi = 1`. `C` gives it the area of the block. Over the block
+//! it moves by `dF = B (dX_t - (m / N_z) dX_z)` with `B = b_t I + b_m m (x) m`.
 
 use super::source::Intensity;
 use crate::{bench::ExitFace, grid::Extent};
@@ -67,8 +69,8 @@ pub(crate) struct Footprint {
 }
 
 impl PointWave {
-    /// Least `air + a / n` at which light counts as coming from the source, mm. A relief that cuts through the entry face,
-    /// on the way to a solution, is lit by the wave continued backwards.
+    /// Least `air + a / n` at which light counts as coming from the source, mm. A relief that cuts
+    /// through the entry face, on the way to a solution, is lit by the wave continued backwards.
     const LEAST_MM: f64 = 1e-3;
 
     /// The wave of a point source that lights a block with this face.
@@ -143,9 +145,9 @@ impl PointWave {
         }
         let offset = x - self.source;
         let rho = offset.length();
-        // With g the tangent of the angle in air: d g + a g / sqrt(n^2 + k g^2) = rho, whose left side is concave for a > 0.
-        // Newton's steps grow towards the root from below, where at most the first of them leads. They end when the next would
-        // be below rounding.
+        // With g the tangent of the angle in air: d g + a g / sqrt(n^2 + k g^2) = rho, whose left
+        // side is concave for a > 0. Newton's steps grow towards the root from below, where at most
+        // the first of them leads. They end when the next would be below rounding.
         let (n2, k) = (n * n, n * n - 1.0);
         let mut g = nearby.map_or(rho / (d + depth / n), |nearby| nearby.tangent);
         for _ in 0..STEPS {
@@ -216,7 +218,8 @@ impl PointWave {
                 [psi, cube / (8.0 * cos), second]
             }
         };
-        // b_t = C psi / chi across m, (psi + 2 mu psi') / (chi + 2 mu chi') C along it; b_m is their difference over mu.
+        // b_t = C psi / chi across m, (psi + 2 mu psi') / (chi + 2 mu chi') C along it; b_m is
+        // their difference over mu.
         let (c, radial) = (self.scale_mm, chi + 2.0 * mu * chi_1);
         let both = chi * radial;
         let cross = psi_1 * chi - psi * chi_1;

@@ -12,7 +12,8 @@ pub trait Objective {
     /// Number of variables.
     fn variables(&self) -> usize;
 
-    /// Value at `x`; the gradient goes to `gradient`. A value that is not finite says that `x` is outside of the domain.
+    /// Value at `x`; the gradient goes to `gradient`. A value that is not finite says that `x` is
+    /// outside of the domain.
     fn evaluate(&mut self, x: &[f64], gradient: &mut [f64]) -> f64;
 }
 
@@ -22,19 +23,21 @@ pub trait Objective {
 pub struct MinimiserOptions {
     /// Iterations at most; default 200.
     pub iteration_limit: usize,
-    /// Converged when `|g| <= gradient_tolerance * |g_0|`, the norm at the start; default 1e-8, at least 0, below 1.
+    /// Converged when `|g| <= gradient_tolerance * |g_0|`, the norm at the start; default 1e-8, at
+    /// least 0, below 1.
     pub gradient_tolerance: f64,
     /// Converged when ten iterations together lower the objective by no more than this part of it:
     /// `f_(k-10) - f_k <= decrease_tolerance * |f_k|`; default 1e-10, at least 0, below 1.
     pub decrease_tolerance: f64,
-    /// Largest change of any variable in the very first trial step, in the unit of the variables; above 0. `None`, the
-    /// default, tries the step that would lower the objective by its own value to first order, which suits well-scaled
-    /// problems only: a first step far too long may end in another valley.
+    /// Largest change of any variable in the very first trial step, in the unit of the variables;
+    /// above 0. `None`, the default, tries the step that would lower the objective by its own value
+    /// to first order, which suits well-scaled problems only: a first step far too long may end in
+    /// another valley.
     pub first_move: Option<f64>,
     /// Constant of the sufficient decrease condition; default 1e-4, between 0 and `curvature`.
     pub sufficient_decrease: f64,
-    /// Constant of the curvature condition; default 0.2, above `sufficient_decrease`, below 1/2 so that conjugate
-    /// directions descend.
+    /// Constant of the curvature condition; default 0.2, above `sufficient_decrease`, below 1/2 so
+    /// that conjugate directions descend.
     pub curvature: f64,
 }
 
@@ -106,7 +109,8 @@ pub struct Outcome {
 const EVALUATIONS_PER_SEARCH: usize = 20;
 const DECREASE_WINDOW: usize = 10;
 
-/// Minimises `objective` from `x`, which holds the best point found in the end. `watch` sees every iteration, and may end it all.
+/// Minimises `objective` from `x`, which holds the best point found in the end. `watch` sees every
+/// iteration, and may end it all.
 ///
 /// Bit-identical for any number of threads if the objective is.
 ///
@@ -266,7 +270,8 @@ mod tests {
 
     #[test]
     fn a_parabola_converges_at_the_rate_of_conjugate_gradients() {
-        // Bound 2 ((sqrt k - 1)/(sqrt k + 1))^m for the error with condition k = 400: below 1e-6 after 145 steps.
+        // Bound 2 ((sqrt k - 1)/(sqrt k + 1))^m for the error with condition k = 400: below 1e-6
+        // after 145 steps.
         let mut x = vec![0.0; 400];
         let options = MinimiserOptions { iteration_limit: 145, decrease_tolerance: 0.0, ..MinimiserOptions::default() };
         let outcome = minimise(&mut Bowl(400), &mut x, &options, |_, _| ControlFlow::Continue(())).unwrap();

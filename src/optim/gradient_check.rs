@@ -12,14 +12,15 @@ pub(crate) struct GradientCheck {
 }
 
 impl GradientCheck {
-    /// Deviation relative to `scale`, the typical size of a component (a component may be 0 by symmetry).
+    /// Deviation relative to `scale`, the typical size of a component (a component may be 0 by
+    /// symmetry).
     pub(crate) fn relative_error(&self, scale: f64) -> f64 {
         (self.analytic - self.numeric).abs() / scale
     }
 }
 
-/// Compares the gradient at `x` with differences of fourth order, `(8 (f(h) - f(-h)) - (f(2h) - f(-2h))) / 12 h`, for the
-/// given variables.
+/// Compares the gradient at `x` with differences of fourth order, `(8 (f(h) - f(-h)) - (f(2h) -
+/// f(-2h))) / 12 h`, for the given variables.
 pub(crate) fn check_gradient(
     objective: &mut impl Objective,
     x: &[f64],

@@ -1,4 +1,5 @@
-//! Moré and Thuente, "Line search algorithms with guaranteed sufficient decrease", ACM TOMS 20 (1994).
+//! Moré and Thuente, "Line search algorithms with guaranteed sufficient decrease", ACM TOMS 20
+//! (1994).
 //!
 //! Finds a step that meets the strong Wolfe conditions
 //! `phi(a) <= phi(0) + c1 a phi'(0)` and `|phi'(a)| <= c2 |phi'(0)|`.
@@ -31,7 +32,8 @@ pub(crate) enum Found {
 }
 
 impl Wolfe {
-    /// Searches from `origin` (step 0, slope below 0), trying `first` first. Returns the result and the evaluations made.
+    /// Searches from `origin` (step 0, slope below 0), trying `first` first. Returns the result and
+    /// the evaluations made.
     pub(crate) fn search(&self, origin: Sample, first: f64, mut phi: impl FnMut(f64) -> (f64, f64)) -> (Found, usize) {
         let decrease_slope = self.c1 * origin.slope;
         let (mut best, mut other) = (origin, origin);
@@ -82,11 +84,13 @@ impl Wolfe {
     }
 }
 
-/// The safeguarded step of section 4 of the paper: updates the interval `(near, far)` by `trial`, returns the next step.
+/// The safeguarded step of section 4 of the paper: updates the interval `(near, far)` by `trial`,
+/// returns the next step.
 fn update(near: &mut Sample, far: &mut Sample, trial: Sample, bracketed: &mut bool, least: f64, greatest: f64) -> f64 {
     let (x, t) = (*near, trial);
     let opposite = t.slope * x.slope.signum() < 0.0;
-    // Minimum of the cubic through two samples; `root` is clamped where rounding or the case makes it imaginary.
+    // Minimum of the cubic through two samples; `root` is clamped where rounding or the case makes
+    // it imaginary.
     let cubic = |a: Sample, b: Sample| {
         let theta = 3.0 * (a.value - b.value) / (b.step - a.step) + a.slope + b.slope;
         let scale = theta.abs().max(a.slope.abs()).max(b.slope.abs());
@@ -178,7 +182,8 @@ mod tests {
 
     #[test]
     fn both_conditions_hold_from_near_and_far_first_steps() {
-        // The first three are problems 1, 2 and 3 of the paper's section 5 (the third has many local minima).
+        // The first three are problems 1, 2 and 3 of the paper's section 5 (the third has many
+        // local minima).
         for first in [1e-3, 1e-1, 10.0, 1e3] {
             assert_wolfe("quotient", |a| (-a / (a * a + 2.0), (a * a - 2.0) / (a * a + 2.0).powi(2)), first);
             let b = 0.004;

@@ -1,8 +1,10 @@
-//! Vector kernels in parallel over chunks of a fixed length, so that sums do not depend on the number of threads.
+//! Vector kernels in parallel over chunks of a fixed length, so that sums do not depend on the
+//! number of threads.
 
 use rayon::prelude::*;
 
-/// Elements per task. Below one chunk everything runs on the calling thread, which keeps small problems fast.
+/// Elements per task. Below one chunk everything runs on the calling thread, which keeps small
+/// problems fast.
 const CHUNK: usize = 1 << 14;
 
 /// Partial sums, kept to be reused.

@@ -27,8 +27,8 @@ impl Annotated {
         self.text += &format!("# {words}\n");
     }
 
-    /// The table of this name, if there is one: the keys of the notes in their order, then all others
-    /// in theirs.
+    /// The table of this name, if there is one: the keys of the notes in their order, then all
+    /// others in theirs.
     pub(super) fn table(&mut self, name: &str, about: &str, notes: &[Note]) {
         if let Some(Value::Table(table)) = self.document.remove(name) {
             self.write(name, about, notes, table);

@@ -1,4 +1,5 @@
-//! TOML files and words of the command line that are damaged at random: refused or understood, never more than that.
+//! TOML files and words of the command line that are damaged at random: refused or understood,
+//! never more than that.
 
 #[allow(clippy::print_stderr)]
 #[path = "../../tests/common/fuzz.rs"]

@@ -173,8 +173,8 @@ fn along_the_axis() -> [f64; 3] {
 const KIND: &str = "side file of a block";
 
 impl SideFile {
-    /// Reads a side file from memory; the paths that it names become relative to the working folder.
-    /// `path` is its name.
+    /// Reads a side file from memory; the paths that it names become relative to the working
+    /// folder. `path` is its name.
     ///
     /// # Errors
     /// Mistakes, settings that exclude each other.
@@ -185,7 +185,8 @@ impl SideFile {
         Ok(side)
     }
 
-    /// The text of the file; `name` is what it will be called, and its paths are written as they are.
+    /// The text of the file; `name` is what it will be called, and its paths are written as they
+    /// are.
     ///
     /// # Errors
     /// Settings that cannot be written as text.

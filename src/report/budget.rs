@@ -1,4 +1,5 @@
-//! What each step between the solver and the file does to the light, as one sheet: a bar and small pictures for every step.
+//! What each step between the solver and the file does to the light, as one sheet: a bar and small
+//! pictures for every step.
 
 use super::{
     Exposure, difference_picture,
@@ -14,8 +15,8 @@ use image::{GrayImage, Luma, imageops};
 pub struct BudgetRow {
     /// What is looked at.
     pub name: String,
-    /// The light that it draws, in picture order, mean 1, and its relative RMS error. `None` if it is known to be that of
-    /// another step, as the name says.
+    /// The light that it draws, in picture order, mean 1, and its relative RMS error. `None` if it
+    /// is known to be that of another step, as the name says.
     pub seen: Option<(Field<f64>, f64)>,
 }
 
@@ -30,8 +31,8 @@ const FINE: Lettering = Lettering { height: 8.5, grey: 110, halo: 0.0 };
 /// Ends of the logarithmic axis of errors, as powers of ten.
 const DECADES: (i32, i32) = (-4, 0);
 
-/// Draws the steps from top to bottom: the light, its difference from the target (four times enlarged, as in
-/// [`difference_picture`]), and the error as a bar on a logarithmic scale.
+/// Draws the steps from top to bottom: the light, its difference from the target (four times
+/// enlarged, as in [`difference_picture`]), and the error as a bar on a logarithmic scale.
 ///
 /// # Panics
 /// If the pictures have another size than the target.
@@ -100,7 +101,8 @@ mod tests {
                 .count()
         };
         let (short, long) = (ink(40..154), ink(154..268));
-        // One decade against three; six pixels at the beginning are not counted, and edges are grey.
+        // One decade against three; six pixels at the beginning are not counted, and edges are
+        // grey.
         let ratio = long as f64 / short as f64;
         assert!(short > 1000 && (2.95..3.15).contains(&ratio), "{short} {long}");
         // Letters may have a pixel of a bar's grey.

@@ -45,8 +45,8 @@ pub fn contact_sheet(pictures: &[Captioned], columns: usize, width_px: u32) -> G
     whole
 }
 
-/// A map of values at the nodes of a face, white at `range.0` and black at `range.1`, as the picture lies on the wall (left = `+x`,
-/// top = `+y`), with a ring around `at`, mm.
+/// A map of values at the nodes of a face, white at `range.0` and black at `range.1`, as the
+/// picture lies on the wall (left = `+x`, top = `+y`), with a ring around `at`, mm.
 pub fn map(values: &Field<f64>, extent: Extent, range: (f64, f64), at: Option<DVec2>, width_px: u32) -> GrayImage {
     let size = extent.as_vec();
     let height_px = ((f64::from(width_px) * size.y / size.x).round() as u32).max(2);

@@ -1,4 +1,5 @@
-//! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions, its axes and its origin.
+//! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions,
+//! its axes and its origin.
 
 use super::ink::{Lettering, line, write, write_from};
 use crate::{
@@ -28,8 +29,8 @@ const DIMENSION: (f64, u8) = (0.5, 110);
 
 /// Draws a block in the coordinates of its files, mm, with its light and the way to its receiver.
 ///
-/// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies in the plane `y = 0` of
-/// the bench, with heights stretched as it says.
+/// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies
+/// in the plane `y = 0` of the bench, with heights stretched as it says.
 pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> GrayImage {
     let stock = solid.stock_extent();
     let scale = PLAN / stock.width_mm.max(stock.height_mm);

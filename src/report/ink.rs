@@ -1,5 +1,5 @@
-//! Lines and lettering on a grey picture, anti-aliased. The letters are strokes, so that no font file is needed and text
-//! can run in any direction.
+//! Lines and lettering on a grey picture, anti-aliased. The letters are strokes, so that no font
+//! file is needed and text can run in any direction.
 
 use glam::DVec2;
 use image::{GrayImage, Luma};
@@ -29,7 +29,8 @@ pub(super) fn text_width(text: &str, height: f64) -> f64 {
     (text.chars().map(|c| glyph(c).1 + GAP).sum::<f64>() - GAP).max(0.0) * height / CAP
 }
 
-/// Writes a text whose middle is at `centre`, along the direction of `angle` (radians, clockwise from the right).
+/// Writes a text whose middle is at `centre`, along the direction of `angle` (radians, clockwise
+/// from the right).
 pub(super) fn write(image: &mut GrayImage, centre: DVec2, angle: f64, text: &str, ink: Lettering) {
     let scale = ink.height / CAP;
     let along = DVec2::from_angle(angle) * scale;
@@ -46,7 +47,8 @@ pub(super) fn write(image: &mut GrayImage, centre: DVec2, angle: f64, text: &str
         advance += width + GAP;
     }
     if ink.halo > 0.0 {
-        // What runs through the text is wiped out between the letters too: a rest of it would read as a minus.
+        // What runs through the text is wiped out between the letters too: a rest of it would read
+        // as a minus.
         let left = start + 0.5 * CAP * up;
         line(image, left, left + (advance - GAP) * along, 0.3 * ink.height, 255);
         strokes.iter().for_each(|&(a, b)| line(image, a, b, NIB * scale + ink.halo, 255));
@@ -83,9 +85,11 @@ pub(super) fn blend(image: &mut GrayImage, i: u32, j: u32, inside: f64, grey: u8
     image.put_pixel(i, j, Luma([mixed.round() as u8]));
 }
 
-/// The strokes of a character and its width, in units of the letters' grid. Characters that are not drawn are blank.
+/// The strokes of a character and its width, in units of the letters' grid. Characters that are not
+/// drawn are blank.
 fn glyph(character: char) -> (Vec<Vec<DVec2>>, f64) {
-    // Points as pairs of digits, x and y; strokes parted by `|`; those that begin with `-` have corners, others are round.
+    // Points as pairs of digits, x and y; strokes parted by `|`; those that begin with `-` have
+    // corners, others are round.
     let strokes = match character.to_ascii_lowercase() {
         '0' => "28 48 42 02 08 28",
         '1' => "-17 28 22",

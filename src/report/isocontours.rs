@@ -19,7 +19,8 @@ const MOST_INTERVALS: f64 = 18.0;
 const INDEX: i64 = 5;
 /// Half widths of an ordinary line and of a thicker one, pixels.
 const HALF_WIDTHS: [f64; 2] = [0.55, 1.0];
-/// Greys of the lowest and of the highest place between the lines: just enough to tell hills from hollows.
+/// Greys of the lowest and of the highest place between the lines: just enough to tell hills from
+/// hollows.
 const TINT: [f64; 2] = [214.0, 255.0];
 const LINE_GREY: u8 = 40;
 /// Height of a figure, pixels.
@@ -43,7 +44,8 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
 /// The lines of equal height of an exit face, labelled in mm.
 #[derive(Clone, Debug)]
 pub struct Isocontours {
-    /// The lines. It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the block is thicker.
+    /// The lines. It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
+    /// block is thicker.
     pub picture: GrayImage,
     caption: String,
 }
@@ -186,7 +188,8 @@ fn draw_labels(image: &mut GrayImage, relief: &Relief, interval: f64) {
             other.at.distance(place.at) >= apart
         })
     };
-    // First one label for every line, the shortest lines choosing first; then as many as there is room for.
+    // First one label for every line, the shortest lines choosing first; then as many as there is
+    // room for.
     let mut lines: Vec<(usize, i64)> = Vec::new();
     for place in &places {
         match lines.iter_mut().find(|(_, line)| *line == place.line) {

@@ -1,5 +1,5 @@
-//! What a design looks like: lines of equal height, the light on the wall, and how far it is from the target, step by step and from
-//! bench to bench.
+//! What a design looks like: lines of equal height, the light on the wall, and how far it is from
+//! the target, step by step and from bench to bench.
 
 mod budget;
 mod contact;

@@ -17,8 +17,9 @@ pub struct Exposure {
 }
 
 impl Exposure {
-    /// The scale of the target itself: its brightest place is just white ("the brightness was adjusted so the brightest
-    /// areas became roughly white", section 4 of the paper). Pictures in one exposure can be compared.
+    /// The scale of the target itself: its brightest place is just white ("the brightness was
+    /// adjusted so the brightest areas became roughly white", section 4 of the paper). Pictures in
+    /// one exposure can be compared.
     pub fn of(target: &TargetIrradiance, transfer: Transfer) -> Self {
         Self { white: target.cells().min_max().1, transfer }
     }
@@ -29,13 +30,15 @@ impl Exposure {
     }
 }
 
-/// Irradiance in picture order (see [`to_picture_order`](crate::irradiance::to_picture_order)) as a picture.
+/// Irradiance in picture order (see [`to_picture_order`](crate::irradiance::to_picture_order)) as a
+/// picture.
 pub fn irradiance_picture(irradiance: &Field<f64>, exposure: Exposure) -> GrayImage {
     grey(irradiance.nx(), irradiance.ny(), |k| exposure.encoded(irradiance.as_slice()[k]))
 }
 
-/// The difference of two pictures as they are seen, four times enlarged and inverted (figures 13 and 14 of the paper, part
-/// d): white where they agree, black where they differ by a quarter of the scale or more. Both in picture order.
+/// The difference of two pictures as they are seen, four times enlarged and inverted (figures 13
+/// and 14 of the paper, part d): white where they agree, black where they differ by a quarter of
+/// the scale or more. Both in picture order.
 ///
 /// # Panics
 /// If the two have different sizes.
@@ -48,8 +51,8 @@ pub fn difference_picture(target: &Field<f64>, caustic: &Field<f64>, exposure: E
     })
 }
 
-/// Target, caustic and their [difference](difference_picture) side by side, with `note` under the last: how large the error
-/// is, say. Both in picture order.
+/// Target, caustic and their [difference](difference_picture) side by side, with `note` under the
+/// last: how large the error is, say. Both in picture order.
 ///
 /// # Panics
 /// If the two have different sizes.

@@ -9,7 +9,8 @@ pub(super) const CAPTION: u32 = 36;
 /// Height of a figure in a caption, pixels.
 const TEXT_PX: f64 = 11.0;
 
-/// Pictures of one height side by side on white paper, each in a thin frame, with its caption below.
+/// Pictures of one height side by side on white paper, each in a thin frame, with its caption
+/// below.
 pub(super) fn sheet(pictures: &[(String, GrayImage)]) -> GrayImage {
     let height = pictures.iter().map(|(_, picture)| picture.height()).max().unwrap_or(0);
     let width: u32 = pictures.iter().map(|(_, picture)| picture.width() + MARGIN).sum();

@@ -10,7 +10,8 @@ pub struct Invariants {
     pub edges: usize,
     /// Triangles, none degenerate.
     pub triangles: usize,
-    /// Volume by the divergence theorem, mm³; it agrees with the integral of the heights over the block.
+    /// Volume by the divergence theorem, mm³; it agrees with the integral of the heights over the
+    /// block.
     pub volume_mm3: f64,
 }
 
@@ -60,8 +61,9 @@ pub enum Fault {
 const PIECE: usize = 1 << 14;
 
 impl Solid {
-    /// Proves that the surface bounds a solid: closed, oriented, of Euler characteristic 2, every triangle of positive area
-    /// as seen along its face's normal, and a positive volume that agrees with the heights.
+    /// Proves that the surface bounds a solid: closed, oriented, of Euler characteristic 2, every
+    /// triangle of positive area as seen along its face's normal, and a positive volume that agrees
+    /// with the heights.
     ///
     /// Takes 24 bytes per triangle while it runs.
     ///
@@ -84,7 +86,8 @@ impl Solid {
         }
         let volume_mm3 = self.volume_mm3();
         let under_heights_mm3 = self.volume_under_heights_mm3();
-        // Both sums carry a relative rounding error of about 1e-16 times the square root of the number of pieces.
+        // Both sums carry a relative rounding error of about 1e-16 times the square root of the
+        // number of pieces.
         if volume_mm3 <= 0.0 || (volume_mm3 - under_heights_mm3).abs() > 1e-9 * volume_mm3 {
             return Err(Fault::Volume { enclosed_mm3: volume_mm3, under_heights_mm3 });
         }
@@ -123,9 +126,11 @@ fn piecewise_sum(count: usize, term: impl Fn(usize) -> f64 + Sync) -> f64 {
     pieces.iter().sum()
 }
 
-/// The number of edges of a surface on which every edge has two triangles that run along it in opposite directions.
+/// The number of edges of a surface on which every edge has two triangles that run along it in
+/// opposite directions.
 fn edges(triangles: usize, triangle: impl Fn(usize) -> [u32; 3] + Sync) -> Result<usize, Fault> {
-    // Least vertex, greatest vertex, direction: sorted, the two sides of an edge stand beside each other.
+    // Least vertex, greatest vertex, direction: sorted, the two sides of an edge stand beside each
+    // other.
     let mut sides = vec![0_u64; 3 * triangles];
     sides.par_chunks_mut(3).enumerate().for_each(|(t, sides)| {
         let corners = triangle(t);

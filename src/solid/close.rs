@@ -42,7 +42,8 @@ impl Solid {
         }
     }
 
-    /// Inner walls to the plane of the rim, the rim, outer walls and an entry face as large as the outline.
+    /// Inner walls to the plane of the rim, the rim, outer walls and an entry face as large as the
+    /// outline.
     pub(super) fn close_around(&mut self, outline: &[DVec2]) {
         let rim_z = self.rim_z_mm.unwrap_or_default();
         let (cells_x, cells_y) = self.cells_at(rim_z);

@@ -33,8 +33,8 @@ impl Face {
     /// The four walls, counter-clockwise as seen from `+z`.
     pub const WALLS: [Self; 4] = [Self::South, Self::East, Self::North, Self::West];
 
-    /// Outward unit normal; of the exit face, that of its mean plane. Of a wall all around there is none:
-    /// [`Solid::normal_at`] knows it.
+    /// Outward unit normal; of the exit face, that of its mean plane. Of a wall all around there is
+    /// none: [`Solid::normal_at`] knows it.
     pub const fn normal(self) -> [f32; 3] {
         match self {
             Self::Exit => [0.0, 0.0, 1.0],
@@ -72,15 +72,15 @@ pub(super) enum Diagonal {
 
 /// The diagonals of all cells, row by row: those along which the surface bends less.
 ///
-/// The second derivatives along the two diagonals are `(h_xx + h_yy)/2 +- h_xy` (in units of the cell), so that the
-/// signs of Laplacian and twist decide.
+/// The second derivatives along the two diagonals are `(h_xx + h_yy)/2 +- h_xy` (in units of the
+/// cell), so that the signs of Laplacian and twist decide.
 pub(super) fn diagonals(heights: &Field<f64>) -> Vec<Diagonal> {
     let (nx, ny) = (heights.nx(), heights.ny());
     let of_cell = |i: usize, j: usize| {
         // As the files have them.
         let at = |i: usize, j: usize| f64::from(heights[(i, j)] as f32);
-        // Twice the second difference in the middle between nodes k and k + 1, from as many of the four nodes k - 1 to
-        // k + 2 as there are.
+        // Twice the second difference in the middle between nodes k and k + 1, from as many of the
+        // four nodes k - 1 to k + 2 as there are.
         let bend = |k: usize, n: usize, h: &dyn Fn(usize) -> f64| {
             let left = if k > 0 { h(k - 1) - 2.0 * h(k) + h(k + 1) } else { 0.0 };
             let right = if k + 2 < n { h(k) - 2.0 * h(k + 1) + h(k + 2) } else { 0.0 };

@@ -1,22 +1,28 @@
 //! From heights to a closed solid.
 //!
 //! # Guarantees
-//! Every [`Solid`] is a closed, outward oriented surface of genus 0 without degenerate triangles, for any aspect and size
-//! that [`Solid::new`] accepts; [`Solid::check`] proves it triangle by triangle. Coordinates are `f32`, as in the files:
-//! what is checked is what is written, bit for bit.
+//! Every [`Solid`] is a closed, outward oriented surface of genus 0 without degenerate triangles,
+//! for any aspect and size that [`Solid::new`] accepts; [`Solid::check`] proves it triangle by
+//! triangle. Coordinates are `f32`, as in the files: what is checked is what is written, bit for
+//! bit.
 //!
 //! # Triangulation
-//! - *Exit face*: the height nodes, two triangles a cell. Each cell is split along the diagonal on which the surface bends
-//!   less, so that the flat facets stay nearer to it than with a fixed diagonal. The rule is the same after a mirroring,
-//!   and so is the mesh (ties go to the diagonal that points to the centre).
-//! - *Entry face*: a plane of square-like cells, about as wide as the block is thick. A fan, or a single quad with all
-//!   border nodes on it, would be thousands of slivers; a full grid would double the file and say nothing.
-//! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry border. There is no
-//!   vertex between the two faces: a reader finds the height nodes as all vertices above the entry plane.
-//! - *Other outlines* than a rectangle: whole cells inside, a ring between them and the curve, one wall all around, and an
-//!   entry face fanned out from its middle. A rim there is a ring as long as the border, with an outer wall of its own.
-//! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of the rim's plane; a ring of
-//!   triangles between that edge and the few corners of the outline; one quad for every outer wall.
+//! - *Exit face*: the height nodes, two triangles a cell. Each cell is split along the diagonal on
+//!   which the surface bends less, so that the flat facets stay nearer to it than with a fixed
+//!   diagonal. The rule is the same after a mirroring, and so is the mesh (ties go to the diagonal
+//!   that points to the centre).
+//! - *Entry face*: a plane of square-like cells, about as wide as the block is thick. A fan, or a
+//!   single quad with all border nodes on it, would be thousands of slivers; a full grid would
+//!   double the file and say nothing.
+//! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry
+//!   border. There is no vertex between the two faces: a reader finds the height nodes as all
+//!   vertices above the entry plane.
+//! - *Other outlines* than a rectangle: whole cells inside, a ring between them and the curve, one
+//!   wall all around, and an entry face fanned out from its middle. A rim there is a ring as long
+//!   as the border, with an outer wall of its own.
+//! - *Rim*, if there is one: inner walls as above, between the exit border and the inner edge of
+//!   the rim's plane; a ring of triangles between that edge and the few corners of the outline; one
+//!   quad for every outer wall.
 
 mod blank;
 mod check;
@@ -49,10 +55,12 @@ use rayon::prelude::*;
 use ring::Trimmed;
 use std::ops::Range;
 
-/// A closed block of glass, mm: vertices as `f32`, counted from the origin of its [`Shape`]; triangles by number.
+/// A closed block of glass, mm: vertices as `f32`, counted from the origin of its [`Shape`];
+/// triangles by number.
 ///
-/// Vertices are the exit face's nodes, row by row, then those of the planes. Triangles of the exit face are made on demand, in
-/// the order of [`faces`](Self::faces): a block of 4097 x 4097 nodes takes 360 MB, its 33.6 million triangles nothing.
+/// Vertices are the exit face's nodes, row by row, then those of the planes. Triangles of the exit
+/// face are made on demand, in the order of [`faces`](Self::faces): a block of 4097 x 4097 nodes
+/// takes 360 MB, its 33.6 million triangles nothing.
 #[derive(Clone, Debug)]
 pub struct Solid {
     surface: HeightField,
@@ -79,8 +87,8 @@ pub struct Solid {
 impl Solid {
     /// Most nodes of an exit face: twice as many triangles still have 32-bit numbers.
     pub const MOST_NODES: usize = error::MOST_NODES;
-    /// Least distance of neighbouring nodes, in units of the `f32` resolution at the border. Below about 2 nodes coincide;
-    /// at 16 a facet's slope is still right to a few percent.
+    /// Least distance of neighbouring nodes, in units of the `f32` resolution at the border. Below
+    /// about 2 nodes coincide; at 16 a facet's slope is still right to a few percent.
     const LEAST_STEPS: f64 = 16.0;
 
     /// Closes a height field to a plain block of the given stock, in the library's frame.
@@ -94,8 +102,8 @@ impl Solid {
     /// Closes a height field to a block of the given stock and shape.
     ///
     /// # Errors
-    /// A stock too thin for the relief, heights that are not finite, more or denser nodes than `f32` mesh files can
-    /// tell apart, or a rim that does not fit the face.
+    /// A stock too thin for the relief, heights that are not finite, more or denser nodes than
+    /// `f32` mesh files can tell apart, or a rim that does not fit the face.
     pub fn shaped(surface: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
         shape.check(surface.extent())?;
         let surface = surface.with_skirt(shape.skirt_mm);
@@ -178,8 +186,8 @@ impl Solid {
         Ok(solid)
     }
 
-    /// The highest place of the exit face of the block that a height field is closed to, mm: at a node or, of a block that is not
-    /// rectangular, on its outline.
+    /// The highest place of the exit face of the block that a height field is closed to, mm: at a
+    /// node or, of a block that is not rectangular, on its outline.
     pub fn highest_mm(surface: &HeightField) -> f64 {
         let border = if surface.contour().is_rectangle() {
             Vec::new()
@@ -273,15 +281,16 @@ impl Solid {
         self.trimmed.as_ref().map_or(self.exit.len(), |trimmed| trimmed.vertices.len())
     }
 
-    /// The curve around the block with its rim, and the flat that a mark cuts off it: what lies further than a length, mm, along a unit
-    /// vector.
+    /// The curve around the block with its rim, and the flat that a mark cuts off it: what lies
+    /// further than a length, mm, along a unit vector.
     pub(crate) fn curve(&self) -> (Contour, Option<(DVec2, f64)>) {
         let rim_mm = self.shape.rim.map_or(0.0, |rim| rim.width_mm);
         let curve = self.surface.outline().grown(rim_mm).within(self.stock_extent());
         (curve, self.shape.flat(&curve))
     }
 
-    /// The block with its rim as seen along the axis, mm: its corners, or a polygon on its curve, counter-clockwise.
+    /// The block with its rim as seen along the axis, mm: its corners, or a polygon on its curve,
+    /// counter-clockwise.
     pub fn outline(&self) -> Vec<DVec2> {
         if self.surface.contour().is_rectangle() {
             return self.shape.outline(self.extent());
@@ -314,14 +323,14 @@ impl Solid {
         })
     }
 
-    /// Outward unit normals of the smooth exit face at its vertices, in the order of the vertices: those of the spline through
-    /// the heights, not of the facets.
+    /// Outward unit normals of the smooth exit face at its vertices, in the order of the vertices:
+    /// those of the spline through the heights, not of the facets.
     pub fn exit_normals(&self) -> &[[f32; 3]] {
         &self.normals
     }
 
-    /// Every face and the numbers of its triangles; together all triangles in order, the exit face's first. A wall that
-    /// faces where another one does has its name too.
+    /// Every face and the numbers of its triangles; together all triangles in order, the exit
+    /// face's first. A wall that faces where another one does has its name too.
     pub fn faces(&self) -> Vec<(Face, Range<usize>)> {
         self.faces.clone()
     }
@@ -348,7 +357,8 @@ impl Solid {
         triangles[t - range.start]
     }
 
-    /// The positions of the corners of triangle `t`, in the order of its [vertices](Self::triangle).
+    /// The positions of the corners of triangle `t`, in the order of its
+    /// [vertices](Self::triangle).
     ///
     /// # Panics
     /// If there is no such triangle.
@@ -359,7 +369,8 @@ impl Solid {
         }
     }
 
-    /// The nodes (column, row) of triangle `t`, if it is half a cell of an exit face that is a full grid.
+    /// The nodes (column, row) of triangle `t`, if it is half a cell of an exit face that is a full
+    /// grid.
     #[inline]
     fn half_cell(&self, t: usize) -> Option<[(usize, usize); 3]> {
         if self.trimmed.is_some() || t >= self.faces[0].1.end {

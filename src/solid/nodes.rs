@@ -14,7 +14,8 @@ pub(super) struct Nodes {
 
 impl Nodes {
     pub(super) fn new(first: usize, extent: Extent, (nx, ny): (usize, usize), origin: DVec3) -> Self {
-        // The ends are set to half the size, not computed: the walls are exactly planar and exactly where they belong.
+        // The ends are set to half the size, not computed: the walls are exactly planar and exactly
+        // where they belong.
         let axis = |n: usize, size: f64, origin: f64, place: &dyn Fn(usize) -> f64| -> Vec<f32> {
             let mut axis: Vec<f32> = (0..n).map(|k| (place(k) - origin) as f32).collect();
             (axis[0], axis[n - 1]) = ((-0.5 * size - origin) as f32, (0.5 * size - origin) as f32);

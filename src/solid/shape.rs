@@ -1,4 +1,5 @@
-//! What a workshop may ask of the block around its optical face: a rim to hold it by, a mark, and another origin.
+//! What a workshop may ask of the block around its optical face: a rim to hold it by, a mark, and
+//! another origin.
 
 use super::SolidError;
 use crate::grid::{Contour, Extent};
@@ -10,12 +11,14 @@ use std::fmt;
 pub struct Rim {
     /// How far it reaches beyond the exit face on every side, mm.
     pub width_mm: f64,
-    /// Its plane above the highest point of the exit face, mm. Above: a rim that keeps the face from being scratched.
-    /// Negative: a flange to clamp the block by, below the whole border of the face.
+    /// Its plane above the highest point of the exit face, mm. Above: a rim that keeps the face
+    /// from being scratched. Negative: a flange to clamp the block by, below the whole border of
+    /// the face.
     pub rise_mm: f64,
-    /// Cuts off the outer corner at the top left of the picture as it is seen on the wall (+x, +y), by this length along both
-    /// sides, mm: a block with this mark cannot be turned or mirrored unnoticed. Where there is no corner, it is a flat towards it, as deep as the
-    /// cut: this length divided by the root of 2.
+    /// Cuts off the outer corner at the top left of the picture as it is seen on the wall (+x, +y),
+    /// by this length along both sides, mm: a block with this mark cannot be turned or mirrored
+    /// unnoticed. Where there is no corner, it is a flat towards it, as deep as the cut: this
+    /// length divided by the root of 2.
     pub mark_mm: Option<f64>,
 }
 
@@ -67,8 +70,9 @@ impl fmt::Display for Origin {
 /// Everything about a block that is not its optical face or its stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shape {
-    /// How far the exit face goes on, smoothly, beyond the part that draws the picture, mm, rounded up to whole cells: light from
-    /// the side then enters through the entry face, and not through a wall.
+    /// How far the exit face goes on, smoothly, beyond the part that draws the picture, mm, rounded
+    /// up to whole cells: light from the side then enters through the entry face, and not through a
+    /// wall.
     pub skirt_mm: f64,
     /// A frame around the exit face.
     pub rim: Option<Rim>,
@@ -76,8 +80,8 @@ pub struct Shape {
     pub origin: Origin,
 }
 
-/// Least step between the border of the exit face and the plane of the rim, mm: lower inner walls would have triangles near
-/// the resolution of the files, and nobody could mill or feel them.
+/// Least step between the border of the exit face and the plane of the rim, mm: lower inner walls
+/// would have triangles near the resolution of the files, and nobody could mill or feel them.
 pub(super) const LEAST_STEP_MM: f64 = 0.05;
 /// Least thickness of a flange, mm.
 pub(super) const LEAST_FLANGE_MM: f64 = 1.0;
@@ -86,7 +90,8 @@ impl Shape {
     /// Refuses what no block of this size can have, before a surface is solved for.
     ///
     /// # Errors
-    /// [`SolidError::Skirt`], [`SolidError::RimWidth`], [`SolidError::Mark`] or [`SolidError::RimHeight`].
+    /// [`SolidError::Skirt`], [`SolidError::RimWidth`], [`SolidError::Mark`] or
+    /// [`SolidError::RimHeight`].
     pub fn check(&self, face: Extent) -> Result<(), SolidError> {
         let greatest_mm = face.width_mm.min(face.height_mm);
         if !(0.0..=greatest_mm).contains(&self.skirt_mm) {
@@ -118,14 +123,16 @@ impl Shape {
         self.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0))
     }
 
-    /// The flat that a mark cuts off a rim within this curve: what lies further than a length, mm, along a unit vector.
+    /// The flat that a mark cuts off a rim within this curve: what lies further than a length, mm,
+    /// along a unit vector.
     pub(super) fn flat(&self, curve: &Contour) -> Option<(DVec2, f64)> {
         let mark_mm = self.rim?.mark_mm?;
         let along = DVec2::splat(std::f64::consts::FRAC_1_SQRT_2);
         Some((along, curve.reach_mm(along) - mark_mm * std::f64::consts::FRAC_1_SQRT_2))
     }
 
-    /// Corners of a rectangular block as seen along the axis, mm, counter-clockwise from +z and from the corner of least x and y.
+    /// Corners of a rectangular block as seen along the axis, mm, counter-clockwise from +z and
+    /// from the corner of least x and y.
     pub fn outline(&self, face: Extent) -> Vec<DVec2> {
         let reach = 0.5 * face.as_vec() + self.rim.map_or(0.0, |rim| rim.width_mm);
         let mut corners = vec![-reach, DVec2::new(reach.x, -reach.y)];
@@ -139,7 +146,8 @@ impl Shape {
 }
 
 impl Rim {
-    /// The plane of the rim, mm, over the heights of the border of the exit face and the entry plane.
+    /// The plane of the rim, mm, over the heights of the border of the exit face and the entry
+    /// plane.
     pub(super) fn plane_mm(self, highest_mm: f64, border_mm: (f64, f64), entry_z_mm: f64) -> Result<f64, SolidError> {
         let plane = highest_mm + self.rise_mm;
         let (low, high) = border_mm;

@@ -2,7 +2,8 @@ use super::SolidError;
 
 /// How thick the sheet is that the block is cut from, and how much of it must remain.
 ///
-/// Thickness is counted from the entry face to the *highest* point of the exit face: that is the sheet to buy.
+/// Thickness is counted from the entry face to the *highest* point of the exit face: that is the
+/// sheet to buy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stock {
     sheet: Sheet,
@@ -22,11 +23,11 @@ pub const STANDARD_SHEETS_MM: [f64; 25] = [
 ];
 
 impl Stock {
-    /// What must remain at the thinnest place unless another least is asked for, mm: less than this and acrylic bends
-    /// under the cutter and the polishing pad.
+    /// What must remain at the thinnest place unless another least is asked for, mm: less than this
+    /// and acrylic bends under the cutter and the polishing pad.
     pub const LEAST_MM: f64 = 3.0;
-    /// Accepted thicknesses of a sheet and of its thinnest place, mm. Below the lower one the wall triangles would come
-    /// near the resolution of the files.
+    /// Accepted thicknesses of a sheet and of its thinnest place, mm. Below the lower one the wall
+    /// triangles would come near the resolution of the files.
     pub const LIMITS_MM: (f64, f64) = (0.1, 10_000.0);
 
     /// The thinnest of the [standard sheets](STANDARD_SHEETS_MM) that leaves enough.
@@ -75,7 +76,8 @@ impl Stock {
             Sheet::Of(thickness_mm) => {
                 valid("the thickness of the stock", thickness_mm)?;
                 let thinnest_mm = thickness_mm - relief_mm;
-                // A sheet that was chosen for exactly this relief must not fail by a rounding error.
+                // A sheet that was chosen for exactly this relief must not fail by a rounding
+                // error.
                 if thinnest_mm < least_mm - 1e-9 {
                     let enough_mm = standard.unwrap_or_else(|| (relief_mm + least_mm).ceil());
                     return Err(SolidError::TooThin { thickness_mm, relief_mm, thinnest_mm, least_mm, enough_mm });

@@ -140,7 +140,8 @@ fn exit_vertices_are_the_height_nodes_and_the_entry_face_is_a_plane_below() {
 
 #[test]
 fn the_volume_converges_to_the_integral_of_the_surface() {
-    // The mean of the nodes is shifted to 0, so that the exit face encloses (nearly) the volume of a flat block.
+    // The mean of the nodes is shifted to 0, so that the exit face encloses (nearly) the volume of
+    // a flat block.
     let extent = Extent::new(60.0, 60.0);
     let error = |n: usize| {
         let h = |x: f64, y: f64| (x * std::f64::consts::PI / 30.0).cos() * (0.05 * y).exp();

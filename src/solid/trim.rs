@@ -1,8 +1,10 @@
-//! The exit face of a block that is not rectangular: whole cells inside, a ring of triangles between them and the outline.
+//! The exit face of a block that is not rectangular: whole cells inside, a ring of triangles
+//! between them and the outline.
 //!
-//! Nodes nearer to the outline than a quarter of their spacing are left out, so that no triangle of the ring is a sliver. Every
-//! node on the border of the whole cells has a foot on the curve, at the height of the spline; both go around in the same order, and
-//! the ring joins them. The chords between the feet are no longer than about a cell.
+//! Nodes nearer to the outline than a quarter of their spacing are left out, so that no triangle of
+//! the ring is a sliver. Every node on the border of the whole cells has a foot on the curve, at
+//! the height of the spline; both go around in the same order, and the ring joins them. The chords
+//! between the feet are no longer than about a cell.
 
 use super::{
     Solid,
@@ -65,7 +67,8 @@ impl Solid {
                 triangles.push([a, c, d]);
                 continue;
             }
-            // Across the corner that leaves the larger triangles: the other may leave one without area.
+            // Across the corner that leaves the larger triangles: the other may leave one without
+            // area.
             let place = |v: u32| DVec2::new(vertices[v as usize][0].into(), vertices[v as usize][1].into());
             let area = |[a, b, c]: [u32; 3]| (place(b) - place(a)).perp_dot(place(c) - place(a));
             let splits = [[[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]];
@@ -76,7 +79,8 @@ impl Solid {
         Trimmed { vertices, triangles, normals, border }
     }
 
-    /// A wall straight down from the border of a trimmed exit face, and the entry face as a fan around its middle.
+    /// A wall straight down from the border of a trimmed exit face, and the entry face as a fan
+    /// around its middle.
     pub(super) fn close_along(&mut self, trimmed: Trimmed) {
         let z = self.file_z(f64::from(self.entry_z));
         let (upper, count) = (trimmed.border.start, trimmed.border.len() as u32);
@@ -100,8 +104,9 @@ impl Solid {
         self.trimmed = Some(trimmed);
     }
 
-    /// The same with a rim: a wall from the border to its plane, the rim, a wall all around it and an entry face as large. To every vertex
-    /// of the border belongs one of the outer edge, straight out from it.
+    /// The same with a rim: a wall from the border to its plane, the rim, a wall all around it and
+    /// an entry face as large. To every vertex of the border belongs one of the outer edge,
+    /// straight out from it.
     pub(super) fn close_along_rim(&mut self, trimmed: Trimmed, width_mm: f64) {
         let (z_rim, z_entry) = (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.entry_z)));
         let curve = self.surface.outline().grown(width_mm).within(self.stock_extent());
@@ -130,7 +135,8 @@ impl Solid {
         let centre = [[-self.origin.x as f32, -self.origin.y as f32, z_entry]];
         self.rest = [below, ring(&edge, z_rim), ring(&edge, z_entry), centre.to_vec()].concat();
         let pairs = || (0..count).map(|k| (k, (k + 1) % count));
-        // Quads between two rings of vertices, facing away from the middle if the second is below the first, else up.
+        // Quads between two rings of vertices, facing away from the middle if the second is below
+        // the first, else up.
         let band = |upper: u32, lower: u32| {
             let quads = pairs().flat_map(move |(a, b)| {
                 let (top, bottom) = ((upper + a, upper + b), (lower + a, lower + b));
@@ -145,7 +151,8 @@ impl Solid {
         self.adopt(trimmed);
     }
 
-    /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall, the face's own elsewhere.
+    /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall,
+    /// the face's own elsewhere.
     pub fn normal_at(&self, face: Face, v: u32) -> [f32; 3] {
         if !matches!(face, Face::Side | Face::Inner) {
             return face.normal();
@@ -172,7 +179,8 @@ impl Solid {
     }
 }
 
-/// What is nearer to the flat of a mark than this belongs to it, mm: files have coordinates of `f32`.
+/// What is nearer to the flat of a mark than this belongs to it, mm: files have coordinates of
+/// `f32`.
 const ON_FLAT_MM: f64 = 1e-3;
 
 #[cfg(test)]
@@ -209,7 +217,8 @@ mod tests {
                     assert!(proof.is_ok(), "{outline:?} in {extent:?}, {nodes:?} nodes: {proof:?}");
                     let [x, y, z] = solid.bounds().1;
                     let [a, b, c] = solid.bounds().0;
-                    // The chord at the outermost point stays within the curve: twice its sagitta, if no node is opposite.
+                    // The chord at the outermost point stays within the curve: twice its sagitta,
+                    // if no node is opposite.
                     let (half, spacing) = (0.5 * extent.as_vec(), extent.node_spacing(nodes.0, nodes.1));
                     let round = |along: usize| match outline {
                         Outline::Circle => half[1 - along].powi(2) / half[along],

@@ -1,8 +1,8 @@
 //! Triangle strips between the border of the exit face and the coarser border of the entry face.
 
-/// Triangles between an upper and a lower polyline over the same span, counter-clockwise for a viewer who sees both run
-/// from left to right. `upper` and `lower` give the vertex of each position; both are evenly spaced, and `upper` has at
-/// least as many as `lower`.
+/// Triangles between an upper and a lower polyline over the same span, counter-clockwise for a
+/// viewer who sees both run from left to right. `upper` and `lower` give the vertex of each
+/// position; both are evenly spaced, and `upper` has at least as many as `lower`.
 ///
 /// Every upper segment is joined to the lower vertex nearest to its middle.
 pub(super) fn strip(upper: &[u32], lower: &[u32]) -> Vec<[u32; 3]> {
@@ -25,12 +25,13 @@ pub(super) fn strip(upper: &[u32], lower: &[u32]) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// How many equal cells the entry face gets along a side of `size_mm`, under exit borders given by their heights above the
-/// entry face, mm.
+/// How many equal cells the entry face gets along a side of `size_mm`, under exit borders given by
+/// their heights above the entry face, mm.
 ///
-/// Cells about as wide as the wall is high make the largest well-shaped triangles. No wall triangle may turn over where the
-/// exit border is steep: the lower vertex of a segment lies at most `cell / 2 + step / 2` beside its middle, so that the
-/// segment is seen from below if its slope times that distance stays below its height.
+/// Cells about as wide as the wall is high make the largest well-shaped triangles. No wall triangle
+/// may turn over where the exit border is steep: the lower vertex of a segment lies at most `cell /
+/// 2 + step / 2` beside its middle, so that the segment is seen from below if its slope times that
+/// distance stays below its height.
 pub(super) fn entry_cells<'a>(size_mm: f64, borders: impl IntoIterator<Item = &'a [f32]>) -> usize {
     let (mut lowest, mut steepest, mut segments) = (f64::INFINITY, 0.0_f64, 1);
     for border in borders {
@@ -42,7 +43,8 @@ pub(super) fn entry_cells<'a>(size_mm: f64, borders: impl IntoIterator<Item = &'
     }
     let step = size_mm / segments as f64;
     let cell = lowest / (steepest / step).max(1.0);
-    // With one entry vertex per node the walls are plain quads and cannot turn over, however steep the border is.
+    // With one entry vertex per node the walls are plain quads and cannot turn over, however steep
+    // the border is.
     if cell < 4.0 * step { segments } else { (size_mm / cell).ceil() as usize }
 }
 

@@ -37,7 +37,8 @@ pub enum SolveError {
         /// Distance of the receiver, mm.
         distance_mm: f64,
     },
-    /// The surface would cut through the entry face of its block, or rise past the source of its light.
+    /// The surface would cut through the entry face of its block, or rise past the source of its
+    /// light.
     #[error(
         "the exit face would extend to z = {height_mm:.1} mm, past the {what} at z = {limit_mm:.1} mm: take a thicker block, or move receiver and light further away"
     )]
@@ -49,7 +50,8 @@ pub enum SolveError {
         /// What is there.
         what: &'static str,
     },
-    /// The light would have to be turned by more than a face between its source and the receiver can.
+    /// The light would have to be turned by more than a face between its source and the receiver
+    /// can.
     #[error(
         "no face was found that draws this picture with the light source at ({}, {}, {}) mm: move the source further away, take a thicker block, or move the receiver further away",
         position_mm.x, position_mm.y, position_mm.z

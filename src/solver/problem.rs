@@ -21,7 +21,8 @@ pub enum FreeFaces {
     /// The exit face, or the face of a mirror: one picture can be drawn.
     #[default]
     Exit,
-    /// Both faces of a block of glass: two pictures can be drawn, on receivers one behind the other.
+    /// Both faces of a block of glass: two pictures can be drawn, on receivers one behind the
+    /// other.
     EntryAndExit,
 }
 
@@ -35,7 +36,8 @@ impl FreeFaces {
     }
 }
 
-/// What a solver is asked for: a bench, the pictures to draw on it, and the faces that may be chosen.
+/// What a solver is asked for: a bench, the pictures to draw on it, and the faces that may be
+/// chosen.
 ///
 /// There is at least one target, and the first is drawn on the receiver of the bench.
 #[derive(Clone, Debug, PartialEq)]

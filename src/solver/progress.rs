@@ -29,9 +29,9 @@ pub trait Progress {
     /// answers by that.
     fn report(&self, event: Event<'_>) -> ControlFlow<()>;
 
-    /// Time since any fixed moment, by the caller's clock: solvers have none, and time the levels of
-    /// their [`Summary`](crate::optim::Summary) by this one. Where it stands still, as by default,
-    /// their times are 0.
+    /// Time since any fixed moment, by the caller's clock: solvers have none, and time the levels
+    /// of their [`Summary`](crate::optim::Summary) by this one. Where it stands still, as by
+    /// default, their times are 0.
     fn clock(&self) -> Duration {
         Duration::ZERO
     }

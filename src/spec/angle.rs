@@ -4,7 +4,8 @@ use super::quantity::{number_and_unit, number_or_text};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::{fmt, str::FromStr};
 
-/// An angle as a person writes it: `30deg`, `0.5rad`, `8mrad`, `16arcmin`; a bare number is degrees.
+/// An angle as a person writes it: `30deg`, `0.5rad`, `8mrad`, `16arcmin`; a bare number is
+/// degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Angle {
     /// Degrees.
@@ -42,8 +43,9 @@ impl fmt::Display for Angle {
     }
 }
 
-/// An inclination and the side to which it points: `30deg` or `30deg,90deg`. The side is counted from the picture's top, clockwise
-/// as one sees the picture on the wall from the block: 0 top, 90 right, 180 bottom, 270 left.
+/// An inclination and the side to which it points: `30deg` or `30deg,90deg`. The side is counted
+/// from the picture's top, clockwise as one sees the picture on the wall from the block: 0 top, 90
+/// right, 180 bottom, 270 left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inclination {
     /// How far it leans.

@@ -1,4 +1,5 @@
-//! Settings that exclude each other: one declaration for the command line, for design files, and for both together.
+//! Settings that exclude each other: one declaration for the command line, for design files, and
+//! for both together.
 
 use super::{lamp::LightName, settings::Settings};
 use crate::failure::Failure;
@@ -58,7 +59,8 @@ fn check(settings: &Settings, name: impl Fn(&Half) -> String) -> Result<(), Fail
     }
 }
 
-/// Silences what these settings exclude in those that they go before. Returns what has been silenced, and by what.
+/// Silences what these settings exclude in those that they go before. Returns what has been
+/// silenced, and by what.
 pub(crate) fn silence(first: &Settings, other: &mut Settings) -> Vec<(&'static str, &'static str)> {
     let mut silenced = Vec::new();
     for (one, two, _) in &PAIRS {

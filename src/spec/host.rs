@@ -3,8 +3,8 @@
 use crate::{failure::Failure, irradiance::Picture};
 use std::{io, path::Path};
 
-/// Files, memory, and an ear for warnings: the command line has a disk, a page in a browser has what
-/// was dropped on it.
+/// Files, memory, and an ear for warnings: the command line has a disk, a page in a browser has
+/// what was dropped on it.
 pub trait Host: Sync {
     /// The bytes of a file that settings name.
     ///

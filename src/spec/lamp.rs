@@ -24,7 +24,8 @@ pub enum LightName {
 read_as_text!(Emission);
 names!(LightName, "kind of light");
 
-/// How a lamp shines: its flux per solid angle by the angle to its axis, which points at the middle of the block.
+/// How a lamp shines: its flux per solid angle by the angle to its axis, which points at the middle
+/// of the block.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Emission {
     /// The same in every direction.

@@ -47,7 +47,8 @@ fn as_written(path: &Path, host: &dyn Host) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-/// The settings of a design file, as they are written. `path` is its name, `kind` what it is called.
+/// The settings of a design file, as they are written. `path` is its name, `kind` what it is
+/// called.
 ///
 /// # Errors
 /// Mistakes, settings that exclude each other.

@@ -86,8 +86,8 @@ pub(crate) fn placed(refusal: Failure, text: &str, path: &Path) -> Failure {
     refusal.with_places(&places)
 }
 
-/// The settings of a `[design]` table that a message speaks of, each with its place: a value that is well written and yet
-/// makes no sense.
+/// The settings of a `[design]` table that a message speaks of, each with its place: a value that
+/// is well written and yet makes no sense.
 fn places(text: &str, path: &Path, message: &str) -> String {
     let Ok(document) = DeTable::parse(text) else { return String::new() };
     let design = document.get_ref().iter().find(|(key, _)| key.get_ref() == "design");

@@ -4,7 +4,8 @@ use clap::ValueEnum;
 use serde::{Deserializer, de};
 use std::{fmt, marker::PhantomData, str::FromStr};
 
-/// Reads a value from text, or from a number that `from_number` takes; `expected` says what it should be.
+/// Reads a value from text, or from a number that `from_number` takes; `expected` says what it
+/// should be.
 pub(crate) fn number_or_text<'de, D: Deserializer<'de>, T: FromStr<Err = String>>(
     deserializer: D,
     expected: &'static str,

@@ -1,5 +1,5 @@
-//! Every setting of a design, declared once: the flags, the keys of design files and side files, and
-//! what is merged of them follow from here.
+//! Every setting of a design, declared once: the flags, the keys of design files and side files,
+//! and what is merged of them follow from here.
 
 use super::{
     angle::Inclination,
@@ -47,8 +47,8 @@ settings! {
     #[arg(skip)]
     picture: PathBuf,
 
-    /// A common set-up to start from: its settings hold where neither a flag nor the design file says otherwise ('glasswarp presets'
-    /// lists them)
+    /// A common set-up to start from: its settings hold where neither a flag nor the design file
+    /// says otherwise ('glasswarp presets' lists them)
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     preset: PresetName,
 
@@ -60,8 +60,9 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     distance: Length,
 
-    /// Width of the picture on the receiver, centred where the light of a flat block falls; its height follows the picture's aspect
-    /// [default: as that light: for parallel light as the block]
+    /// Width of the picture on the receiver, centred where the light of a flat block falls; its
+    /// height follows the picture's aspect [default: as that light: for parallel light as the
+    /// block]
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     window: Length,
 
@@ -69,8 +70,9 @@ settings! {
     #[arg(long, value_name = "RIGHT,UP", help_heading = "Bench", allow_hyphen_values = true)]
     shift: Shift,
 
-    /// Let the receiver lean: 20deg takes the picture's top further away, 20deg,90deg its right side (180 bottom, 270 left). The
-    /// picture is undistorted on it; the distance is that along the axis
+    /// Let the receiver lean: 20deg takes the picture's top further away, 20deg,90deg its right
+    /// side (180 bottom, 270 left). The picture is undistorted on it; the distance is that along
+    /// the axis
     #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Bench", allow_hyphen_values = true)]
     receiver_tilt: Inclination,
 
@@ -78,12 +80,13 @@ settings! {
     #[arg(long, value_name = "BOOL", help_heading = "Bench", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     mirror: bool,
 
-    /// What light there is [default: parallel; point, if a distance or emission of a source is given]
+    /// What light there is [default: parallel; point, if a distance or emission of a source is
+    /// given]
     #[arg(long, value_name = "KIND", help_heading = "Light")]
     light: LightName,
 
-    /// Let the light come from the side, at this angle to the axis of the block: 30deg from the picture's top, 30deg,90deg from its
-    /// right (180 bottom, 270 left) [default: straight]
+    /// Let the light come from the side, at this angle to the axis of the block: 30deg from the
+    /// picture's top, 30deg,90deg from its right (180 bottom, 270 left) [default: straight]
     #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Light", allow_hyphen_values = true)]
     tilt: Inclination,
 
@@ -91,13 +94,13 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Light", allow_hyphen_values = true)]
     source_distance: Length,
 
-    /// How a point source shines, aimed at the middle of the block: isotropic, lambertian, gaussian:12deg (half as bright there), or
-    /// an IES file (.ies) [default: isotropic]
+    /// How a point source shines, aimed at the middle of the block: isotropic, lambertian,
+    /// gaussian:12deg (half as bright there), or an IES file (.ies) [default: isotropic]
     #[arg(long, value_name = "HOW", help_heading = "Light")]
     emission: Emission,
 
-    /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the block and the same way round as
-    /// the picture on the receiver: its unevenness is made up for
+    /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the
+    /// block and the same way round as the picture on the receiver: its unevenness is made up for
     #[arg(long, value_name = "PICTURE", help_heading = "Light")]
     beam: PathBuf,
 
@@ -105,17 +108,18 @@ settings! {
     #[arg(long, value_name = "N", help_heading = "Bench")]
     ior: f64,
 
-    /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED; needs --material [default: 587.6nm,
-    /// for which catalogues give the index]
+    /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured
+    /// LED; needs --material [default: 587.6nm, for which catalogues give the index]
     #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench")]
     wavelength: Wavelength,
 
-    /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp materials' lists them)
+    /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp
+    /// materials' lists them)
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     material: String,
 
-    /// Stock: from the entry face to the highest point of the exit face [default: the thinnest standard sheet that holds the
-    /// relief]
+    /// Stock: from the entry face to the highest point of the exit face [default: the thinnest
+    /// standard sheet that holds the relief]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     thickness: Length,
 
@@ -123,16 +127,19 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     min_thickness: Length,
 
-    /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a disc) or 5x3mm for a point source
+    /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a
+    /// disc) or 5x3mm for a point source
     #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
     source_size: SourceName,
 
-    /// Roughness of the exit face, made up for: the standard deviation of its slope along any direction, as an angle: 0.1deg
+    /// Roughness of the exit face, made up for: the standard deviation of its slope along any
+    /// direction, as an angle: 0.1deg
     #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true)]
     roughness: Roughness,
 
-    /// What else spreads the light, made up for: a linear picture of the speck that a laser through the block makes on the receiver,
-    /// seen as the picture is, and the size of its pixels there: speck.png,0.05mm
+    /// What else spreads the light, made up for: a linear picture of the speck that a laser through
+    /// the block makes on the receiver, seen as the picture is, and the size of its pixels there:
+    /// speck.png,0.05mm
     #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light")]
     psf: SpeckFile,
 
@@ -144,28 +151,29 @@ settings! {
     #[arg(long, value_name = "N", help_heading = "Imperfect light")]
     deconvolution_rounds: usize,
 
-    /// Draw the picture where this mesh of m x n quads lies on the receiver, folds and all: an .obj in mm, whose first face begins
-    /// with the vertex for the block's corner of least x and y, and goes on along +x (warping solvers)
+    /// Draw the picture where this mesh of m x n quads lies on the receiver, folds and all: an .obj
+    /// in mm, whose first face begins with the vertex for the block's corner of least x and y, and
+    /// goes on along +x (warping solvers)
     #[arg(long, value_name = "FILE", help_heading = "Bench")]
     caustic_mesh: PathBuf,
 
-    /// Let the exit face go on beyond the picture's light by this much, so that light from the side enters through the entry face
-    /// [default: as much as the light needs]
+    /// Let the exit face go on beyond the picture's light by this much, so that light from the side
+    /// enters through the entry face [default: as much as the light needs]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     skirt: Length,
 
-    /// Outline of the block: rectangle, circle (the ellipse within its size), or rounded:10mm (radius of the corners); the picture
-    /// stays whole [default: rectangle]
+    /// Outline of the block: rectangle, circle (the ellipse within its size), or rounded:10mm
+    /// (radius of the corners); the picture stays whole [default: rectangle]
     #[arg(long, value_name = "OUTLINE", help_heading = "Block")]
     outline: OutlineName,
 
-    /// Height nodes across the width of a rectangle; a face of another outline has as many in all [default: two per pixel, 257 to
-    /// 1025]
+    /// Height nodes across the width of a rectangle; a face of another outline has as many in all
+    /// [default: two per pixel, 257 to 1025]
     #[arg(long, value_name = "N", help_heading = "Block")]
     nodes: usize,
 
-    /// A planar rim around the exit face: WIDTH,HEIGHT, its plane HEIGHT above the highest point of the face; negative: a
-    /// flange below the face, to clamp the block by [default: none]
+    /// A planar rim around the exit face: WIDTH,HEIGHT, its plane HEIGHT above the highest point of
+    /// the face; negative: a flange below the face, to clamp the block by [default: none]
     #[arg(long, value_name = "WIDTH,HEIGHT", help_heading = "Block", allow_hyphen_values = true)]
     rim: RimSize,
 
@@ -177,11 +185,13 @@ settings! {
     #[arg(long, value_name = "PLACE", help_heading = "Block")]
     origin: OriginName,
 
-    /// Greatest distance of a STEP file's B-spline face from the height field, in um [default: as near as the picture needs]
+    /// Greatest distance of a STEP file's B-spline face from the height field, in um [default: as
+    /// near as the picture needs]
     #[arg(long, value_name = "UM", help_heading = "Block", allow_hyphen_values = true)]
     step_tolerance: f64,
 
-    /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes [default: 0.1]
+    /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes
+    /// [default: 0.1]
     #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true)]
     offset: f64,
 
@@ -189,26 +199,28 @@ settings! {
     #[arg(long, value_name = "SHARE", help_heading = "Picture", allow_hyphen_values = true)]
     margin: f64,
 
-    /// Darken the picture towards its border: none, circle (dark outside of the ellipse within it), or circle:0.2 (fading over
-    /// this share of the radius) [default: none]
+    /// Darken the picture towards its border: none, circle (dark outside of the ellipse within it),
+    /// or circle:0.2 (fading over this share of the radius) [default: none]
     #[arg(long, value_name = "SHAPE", help_heading = "Picture")]
     vignette: VignetteName,
 
-    /// How numbers in the picture become light, whatever its file says [default: as its profile or chunks say, else srgb; floats and
-    /// OpenEXR linear]
+    /// How numbers in the picture become light, whatever its file says [default: as its profile or
+    /// chunks say, else srgb; floats and OpenEXR linear]
     #[arg(long, value_name = "CURVE", help_heading = "Picture")]
     transfer: TransferName,
 
-    /// Light behind the transparent parts of the picture: black, white or #rrggbb [default: black; white for SVG]
+    /// Light behind the transparent parts of the picture: black, white or #rrggbb [default: black;
+    /// white for SVG]
     #[arg(long, value_name = "COLOUR", help_heading = "Picture")]
     background: Background,
 
-    /// The layer of an OpenEXR picture, or a single channel of it [default: the only one with colours]
+    /// The layer of an OpenEXR picture, or a single channel of it [default: the only one with
+    /// colours]
     #[arg(long, value_name = "NAME", help_heading = "Picture")]
     layer: String,
 
-    /// Use this part of the upright picture alone, counted from its top left corner, in pixels or per cent: 100,50,640,480 or
-    /// 10%,0%,80%,100%
+    /// Use this part of the upright picture alone, counted from its top left corner, in pixels or
+    /// per cent: 100,50,640,480 or 10%,0%,80%,100%
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", help_heading = "Picture", allow_hyphen_values = true)]
     crop: Crop,
 
@@ -220,7 +232,8 @@ settings! {
     #[arg(long, value_name = "HOW", help_heading = "Picture")]
     flip: Flip,
 
-    /// What becomes black and what white, 0 to 1 as image editors count, and the gamma in between: 0.1,0.9 or 0.05,0.8,1.2
+    /// What becomes black and what white, 0 to 1 as image editors count, and the gamma in between:
+    /// 0.1,0.9 or 0.05,0.8,1.2
     #[arg(long, value_name = "BLACK,WHITE[,GAMMA]", help_heading = "Picture", allow_hyphen_values = true)]
     levels: Levels,
 
@@ -236,12 +249,14 @@ settings! {
     #[arg(long, value_name = "NAME", help_heading = "Solver")]
     quality: QualityName,
 
-    /// Bound the curvature of the face for a cutter of this radius, at some cost in accuracy (transport solver)
+    /// Bound the curvature of the face for a cutter of this radius, at some cost in accuracy
+    /// (transport solver)
     #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true)]
     min_radius: Length,
 
-    /// Make the face such that the light is right after it has been finished: polish=0.1mm is a polish that blurs heights with
-    /// this standard deviation; also polish=0.1mm,cutter=ball:3mm,step-over=0.1mm, and gain=6 limits how much any wave is
+    /// Make the face such that the light is right after it has been finished: polish=0.1mm is a
+    /// polish that blurs heights with this standard deviation; also
+    /// polish=0.1mm,cutter=ball:3mm,step-over=0.1mm, and gain=6 limits how much any wave is
     /// amplified for it (transport solver)
     #[arg(long, value_name = "FINISH", help_heading = "Solver")]
     finish: FinishPlan,
@@ -251,7 +266,8 @@ settings! {
 /// Nodes across that a drawing is rasterised for where none are asked for.
 pub const DRAWING_NODES: usize = 1025;
 
-/// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do not shape the block.
+/// A design file: its `[design]` table holds [`Settings`]; side files carry more tables, which do
+/// not shape the block.
 #[derive(Deserialize)]
 pub struct DesignFile {
     /// The settings.

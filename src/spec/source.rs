@@ -70,7 +70,8 @@ impl From<SourceName> for SourceSize {
     }
 }
 
-/// How rough the face is: the angle whose tangent is the standard deviation of its slope along any one direction.
+/// How rough the face is: the angle whose tangent is the standard deviation of its slope along any
+/// one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Roughness(pub Angle);
 
@@ -124,10 +125,12 @@ impl fmt::Display for SpeckFile {
 /// How spread light is made up for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum DeconvolutionName {
-    /// Make up for the spread of the light; beyond the window there is none, so that its brim is made brighter
+    /// Make up for the spread of the light; beyond the window there is none, so that its brim is
+    /// made brighter
     #[default]
     Window,
-    /// As the paper does: the picture is continued and bevelled beyond its border, whose light then fades
+    /// As the paper does: the picture is continued and bevelled beyond its border, whose light then
+    /// fades
     Paper,
     /// Design for perfect light, and judge in what is there
     Off,

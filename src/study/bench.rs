@@ -21,8 +21,8 @@ const SOURCE_MM: f64 = 500.0;
 /// Greatest angle of incidence, degrees.
 const STEEPEST_DEG: f64 = 75.0;
 
-/// The bench that settings describe, for a picture of `ny / nx` = `aspect`. `thickness_mm` counts from the entry face to the mean exit
-/// plane; only light from a point looks at it.
+/// The bench that settings describe, for a picture of `ny / nx` = `aspect`. `thickness_mm` counts
+/// from the entry face to the mean exit plane; only light from a point looks at it.
 ///
 /// # Errors
 /// Everything that makes no bench.
@@ -49,7 +49,8 @@ pub fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64, host: &dyn 
     bench.with_window(window, centre).map_err(Failure::refused)
 }
 
-/// The size of picture that needs least of the block: as large as the light of a flat one, and of the picture's aspect.
+/// The size of picture that needs least of the block: as large as the light of a flat one, and of
+/// the picture's aspect.
 fn undisturbed_window(bench: &Bench) -> Extent {
     let spread = match bench.light() {
         Light::Parallel { .. } => 1.0,
@@ -282,7 +283,8 @@ pub fn receiver_in_words(bench: &Bench, highest_mm: f64) -> String {
     words
 }
 
-/// The scene in which a block is looked at, by what its side file says; its pixels are whoever's who looks.
+/// The scene in which a block is looked at, by what its side file says; its pixels are whoever's
+/// who looks.
 ///
 /// # Errors
 /// A lamp's or beam's file that cannot be read.
@@ -319,7 +321,8 @@ pub fn scene_of(record: &BenchRecord, settings: &Settings, host: &dyn Host) -> R
     if let Some(path) = &settings.beam {
         let picture = open_beam(path, host)?;
         let values = picture.values();
-        // Light from the side enters beside the face, where nobody measured: what is nearest stands for it.
+        // Light from the side enters beside the face, where nobody measured: what is nearest stands
+        // for it.
         let (nx, ny) = (values.nx(), values.ny());
         let wide =
             Field::from_fn(3 * nx, 3 * ny, |i, j| values[(i.clamp(nx, 2 * nx - 1) - nx, j.clamp(ny, 2 * ny - 1) - ny)]);
@@ -330,7 +333,8 @@ pub fn scene_of(record: &BenchRecord, settings: &Settings, host: &dyn Host) -> R
     Ok(scene)
 }
 
-/// The bench of a scene for drawings, with the part of its block's face that draws: where rays run, however much light they carry.
+/// The bench of a scene for drawings, with the part of its block's face that draws: where rays run,
+/// however much light they carry.
 ///
 /// # Errors
 /// Everything that makes no bench.

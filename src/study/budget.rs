@@ -43,7 +43,8 @@ pub struct Traced {
     pub image: Image,
     /// How well it draws the picture.
     pub likeness: Likeness,
-    /// Relative RMS difference from the light of the true surface of the file: what this step alone does.
+    /// Relative RMS difference from the light of the true surface of the file: what this step alone
+    /// does.
     pub moved: f64,
 }
 
@@ -82,7 +83,8 @@ impl Ledger<'_> {
         Ok(())
     }
 
-    /// Adds a design, or a file of it, whose vertices are off the judged ones; it is looked at only if that can be seen.
+    /// Adds a design, or a file of it, whose vertices are off the judged ones; it is looked at only
+    /// if that can be seen.
     fn add_near(
         &mut self,
         name: String,
@@ -129,7 +131,8 @@ fn steps_of(name: &str, judgement: &Judgement, views: Vec<Image>) -> Vec<(String
     std::iter::once((name.to_owned(), judgement.caustic.clone())).chain(viewed).collect()
 }
 
-/// A block seen otherwise than as its smooth surface where it really is. Empty for another solid, or without a target.
+/// A block seen otherwise than as its smooth surface where it really is. Empty for another solid,
+/// or without a target.
 pub fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgement) -> Result<Vec<BudgetStep>, Failure> {
     let mut ledger = Ledger { examiner, truth: &judgement.caustic, steps: Vec::new() };
     let views = views(subject, examiner)?;
@@ -139,8 +142,8 @@ pub fn of_file(subject: &Subject, examiner: &Examiner, judgement: &Judgement) ->
     Ok(ledger.steps)
 }
 
-/// The light of a design as the solver itself casts it. `seen` is what it saw last, if it is that of this very face; otherwise it is
-/// cast again.
+/// The light of a design as the solver itself casts it. `seen` is what it saw last, if it is that
+/// of this very face; otherwise it is cast again.
 pub fn own_light(
     block: &pipeline::DesignedBlock,
     bench: &Bench,
@@ -170,8 +173,8 @@ impl<'a> Judged<'a> {
     }
 }
 
-/// The steps of a design as far as the file that is judged: what the solver saw, and the file as read back in every view. `views` are
-/// [those](views) of the file, and `judgement` was made of it.
+/// The steps of a design as far as the file that is judged: what the solver saw, and the file as
+/// read back in every view. `views` are [those](views) of the file, and `judgement` was made of it.
 pub fn of_design(
     block: &pipeline::DesignedBlock,
     own: Image,
@@ -237,7 +240,8 @@ impl Off {
     }
 }
 
-/// How far the nodes of a block that was read back are from those of its design. `None` if it has others.
+/// How far the nodes of a block that was read back are from those of its design. `None` if it has
+/// others.
 fn off_nodes(design: &pipeline::DesignedBlock, found: &Subject) -> Option<Off> {
     let Subject::Block(found) = found else { return None };
     let face = design.solid.surface();
@@ -269,16 +273,19 @@ pub fn double_precision(block: &pipeline::DesignedBlock) -> Result<Subject, Fail
 /// Part of a pixel that nobody sees.
 const NO_PIXEL: f64 = 0.05;
 
-/// How much the slope of a bicubic not-a-knot spline changes at most, in units of e/h, if its heights at nodes of spacing h are off
-/// by e: sqrt(2) times 8.62, the greatest sum of the derivatives of its cardinal functions along one axis (at an edge; 3 elsewhere), times
-/// 1.97, that of the functions along the other (1.55 elsewhere).
+/// How much the slope of a bicubic not-a-knot spline changes at most, in units of e/h, if its
+/// heights at nodes of spacing h are off by e: sqrt(2) times 8.62, the greatest sum of the
+/// derivatives of its cardinal functions along one axis (at an edge; 3 elsewhere), times 1.97, that
+/// of the functions along the other (1.55 elsewhere).
 const SPLINE_SLOPE: f64 = 24.1;
 
-/// The slope by which it is found how far light goes astray: small to all that turn it, great to rounding.
+/// The slope by which it is found how far light goes astray: small to all that turn it, great to
+/// rounding.
 const SMALL: f64 = 1e-4;
 
-/// How far light can move on the receiver, mm, if vertices of the judged block are off by so much. They are taken to stand on a regular grid:
-/// their heights turn the light, their places take it along. Infinite where nothing is known of the block.
+/// How far light can move on the receiver, mm, if vertices of the judged block are off by so much.
+/// They are taken to stand on a regular grid: their heights turn the light, their places take it
+/// along. Infinite where nothing is known of the block.
 fn farthest(off: Off, judged: &Subject, examiner: &Examiner) -> Result<f64, Failure> {
     let Subject::Block(block) = judged else { return Ok(f64::INFINITY) };
     let cells = DVec2::new((block.nodes().0 - 1) as f64, (block.nodes().1 - 1) as f64);
@@ -287,7 +294,8 @@ fn farthest(off: Off, judged: &Subject, examiner: &Examiner) -> Result<f64, Fail
     Ok(off.across_mm + thrown * SPLINE_SLOPE * off.height_mm / spacing)
 }
 
-/// The surface of a solid as the verifier takes it, with the exit face's heights as given instead of in single precision.
+/// The surface of a solid as the verifier takes it, with the exit face's heights as given instead
+/// of in single precision.
 pub fn mesh_of(solid: &Solid, heights_mm: Option<&Field<f64>>) -> Mesh {
     let mut vertices: Vec<DVec3> =
         (0..solid.vertex_count()).map(|v| glam::Vec3::from(solid.vertex(v)).as_dvec3() + solid.origin_mm()).collect();

@@ -1,4 +1,5 @@
-//! A block on another bench than the one that it was made for: where its picture goes, and how far a slope throws light there.
+//! A block on another bench than the one that it was made for: where its picture goes, and how far
+//! a slope throws light there.
 
 use super::bench::scene_of;
 use crate::{failure::Failure, record::SideFile, spec::Host};
@@ -15,11 +16,13 @@ pub struct Followed {
     pub growth: DVec2,
 }
 
-/// Parts of the face's size, from its middle, where the light of a flat face is followed: well within any outline.
+/// Parts of the face's size, from its middle, where the light of a flat face is followed: well
+/// within any outline.
 const PLACES: [(f64, f64); 4] = [(-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)];
 
-/// Puts the window of a bench, on which its block (`from`) stands, where and as large as the light of a flat block carries it on a
-/// changed one: where a picture is and how large it is says whoever hangs it, and no change of that spoils it.
+/// Puts the window of a bench, on which its block (`from`) stands, where and as large as the light
+/// of a flat block carries it on a changed one: where a picture is and how large it is says whoever
+/// hangs it, and no change of that spoils it.
 ///
 /// # Errors
 /// A bench that cannot be, or on which no such light arrives.
@@ -61,8 +64,9 @@ fn flat(block: &Block, scene: &Scene, slope: DVec2) -> Result<Tracer, Failure> {
     Tracer::for_block(&leaning, &Scene { surface: Surface::Smooth, ..scene.clone() }).map_err(Failure::refused)
 }
 
-/// How far, mm, light of a flat block goes astray at most on a bench where its face leans by a slope, along one of these unit vectors, to
-/// either side. Infinite where it does not arrive any more.
+/// How far, mm, light of a flat block goes astray at most on a bench where its face leans by a
+/// slope, along one of these unit vectors, to either side. Infinite where it does not arrive any
+/// more.
 ///
 /// # Errors
 /// A bench that cannot be.
@@ -82,7 +86,8 @@ pub fn deflection_mm(block: &Block, scene: &Scene, slope: f64, along: &[DVec2]) 
     Ok(most)
 }
 
-/// The bench of a block, or of another solid (`None`), at another distance or through another index, the window where the picture then is.
+/// The bench of a block, or of another solid (`None`), at another distance or through another
+/// index, the window where the picture then is.
 ///
 /// # Errors
 /// An index for a mirror; a bench that cannot be.
@@ -108,8 +113,9 @@ pub fn changed_bench(
     }
 }
 
-/// The bench of a block from a file, or of another solid (`None`) of this size: that of its side file, at another distance or through
-/// another index if these are given; without one, in straight light, if both are.
+/// The bench of a block from a file, or of another solid (`None`) of this size: that of its side
+/// file, at another distance or through another index if these are given; without one, in straight
+/// light, if both are.
 ///
 /// # Errors
 /// A bench that cannot be; without a side file, `missing` of what is not given.
@@ -132,8 +138,8 @@ pub fn scene_of_file(
     changed_bench(scene, block, ior, distance_mm)
 }
 
-/// A bench with another window around the same middle: of this width, and of this height or else that which the picture, or the window
-/// so far, has at this width.
+/// A bench with another window around the same middle: of this width, and of this height or else
+/// that which the picture, or the window so far, has at this width.
 pub fn with_window(mut scene: Scene, width_mm: f64, height_mm: Option<f64>, target: Option<&Image>) -> Scene {
     let natural = scene.window.size_mm;
     let aspect = target.map_or(natural.y / natural.x, |target| target.ny as f64 / target.nx as f64);
@@ -165,8 +171,9 @@ mod tests {
             let thrown = deflection_mm(&block(), &scene, slope, &[DVec2::X, DVec2::Y]).unwrap();
             assert!((thrown - wanted).abs() < 1e-9, "{thrown} for {wanted}");
         }
-        // To first order in the slope, light at an angle is thrown across its plane by the longer way times the change of its
-        // tangential part, and along it by 1 / cos^2 more; the second order is below the slope.
+        // To first order in the slope, light at an angle is thrown across its plane by the longer
+        // way times the change of its tangential part, and along it by 1 / cos^2 more; the second
+        // order is below the slope.
         let (sin, cos) = (0.5_f64, 0.75_f64.sqrt());
         let tilted = Scene { light: Light::parallel(DVec3::new(0.0, -sin, cos)), ..straight };
         let [across, along] = [DVec2::X, DVec2::Y].map(|a| deflection_mm(&block(), &tilted, slope, &[a]).unwrap());
@@ -189,7 +196,8 @@ mod tests {
         let aside = further(&tilted);
         assert!((aside.moved_mm - DVec2::new(7.5, 0.0)).length() < 1e-9 && (aside.growth - 1.0).length() < 1e-12);
         assert!((aside.scene.window.centre_mm - DVec2::new(10.5, -2.0)).length() < 1e-9);
-        // A point source, whose rays seem to come from 90 + 10 / 1.5 mm before the face to first order.
+        // A point source, whose rays seem to come from 90 + 10 / 1.5 mm before the face to first
+        // order.
         let light =
             Light::Point { position_mm: DVec3::new(0.0, 0.0, -100.0), emission: Emission::Isotropic, axis: None };
         let larger = further(&Scene { light, ..straight });

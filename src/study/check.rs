@@ -94,8 +94,8 @@ impl CheckStudy {
 }
 
 impl Makeable {
-    /// A block from a file, on the bench of its side file, or on that with another index and at another distance; without one, in
-    /// straight light, if both are given.
+    /// A block from a file, on the bench of its side file, or on that with another index and at
+    /// another distance; without one, in straight light, if both are given.
     ///
     /// # Errors
     /// A bench that cannot be; without a side file, `missing` of what is not given.

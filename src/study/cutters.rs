@@ -48,9 +48,9 @@ pub struct TrialPass {
 /// Step-overs that are tried where the list names none, mm.
 const STEP_OVERS_MM: [f64; 9] = [0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05, 0.035, 0.025];
 
-/// Tries the cutters of a list. The error grows with the step-over: for every cutter the greatest that
-/// keeps to it is found by bisection among those listed. Gives every trial to `tried`, and returns the
-/// pass of least time, or the least error that was met.
+/// Tries the cutters of a list. The error grows with the step-over: for every cutter the greatest
+/// that keeps to it is found by bisection among those listed. Gives every trial to `tried`, and
+/// returns the pass of least time, or the least error that was met.
 ///
 /// # Errors
 /// A cutter that does not fit the block.

@@ -26,7 +26,8 @@ use glam::DVec2;
 use glasswarp_verify::Scene;
 use std::{path::PathBuf, sync::Arc};
 
-/// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief is known, mm.
+/// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief
+/// is known, mm.
 const NOMINAL_MM: f64 = 10.0;
 /// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
 const DRAFT_NODES: usize = 129;
@@ -177,8 +178,9 @@ impl Plan {
         }
     }
 
-    /// Light that does not come straight from far away asks how thick the block is, which its relief decides: a draft of the face
-    /// tells, and with it the sheet, the place of the entry face, and how far the face must go on for light from the side.
+    /// Light that does not come straight from far away asks how thick the block is, which its
+    /// relief decides: a draft of the face tells, and with it the sheet, the place of the entry
+    /// face, and how far the face must go on for light from the side.
     fn fit_to_light(&mut self, aspect: f64, host: &dyn Host) -> Result<(), Failure> {
         let straight = match self.bench.light() {
             Light::Parallel { direction } => direction.truncate() == DVec2::ZERO,
@@ -195,7 +197,8 @@ impl Plan {
             None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
         };
         let mut overshoot_mm = 0.0;
-        // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker sheet asks for more of a skirt.
+        // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker
+        // sheet asks for more of a skirt.
         for _ in 0..SKIRTS {
             let solid =
                 Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;

@@ -38,7 +38,8 @@ fn of_size(block: &Block) -> Vec<String> {
     )]
 }
 
-/// What the numbers of a block look like that is this many times as large as it should be, with that factor.
+/// What the numbers of a block look like that is this many times as large as it should be, with
+/// that factor.
 pub fn unit_of(ratio: DVec2) -> Option<(f64, &'static str)> {
     const UNITS: [(f64, &str); 6] = [
         (1.0 / 25.4, "inches taken for millimetres"),
@@ -81,7 +82,8 @@ fn of_dimensions(block: &Block, bench: &BenchRecord) -> Vec<String> {
 /// Which pixel of the caustic is looked at in place of the one in this column and row.
 type PixelAt<'a> = &'a dyn Fn(usize, usize) -> usize;
 
-/// What would explain the error of a block's caustic: a mirrored picture, another distance or index.
+/// What would explain the error of a block's caustic: a mirrored picture, another distance or
+/// index.
 fn of_picture(
     block: &Block,
     scene: &Scene,
@@ -146,7 +148,8 @@ fn elsewhere(block: &Block, scene: &Scene, target: &Image) -> Result<Vec<String>
     if error.is_infinite() || error > EXPLAINS * here {
         return Ok(Vec::new());
     }
-    // To first order light is bent by (n - 1) times the slope: a factor of the distance is one of n - 1.
+    // To first order light is bent by (n - 1) times the slope: a factor of the distance is one of n
+    // - 1.
     let (or_index, or_the_index) = match scene.optics {
         Optics::Refracts { ior } => (
             format!(", or with an index of about {:.3} instead of {ior}", 1.0 + (ior - 1.0) * factor),
@@ -162,7 +165,8 @@ fn elsewhere(block: &Block, scene: &Scene, target: &Image) -> Result<Vec<String>
     )])
 }
 
-/// What may be wrong with a block that was not designed as it lies here. Nothing for another solid, or without a picture.
+/// What may be wrong with a block that was not designed as it lies here. Nothing for another solid,
+/// or without a picture.
 ///
 /// # Errors
 /// A bench that cannot be.

@@ -48,8 +48,8 @@ pub struct ImperfectView {
 }
 
 impl ImperfectView {
-    /// Looks at a subject in spread light: by photons, from a source with a size and through a rough face. A measured speck cannot
-    /// be traced; the light is spread by it afterwards.
+    /// Looks at a subject in spread light: by photons, from a source with a size and through a
+    /// rough face. A measured speck cannot be traced; the light is spread by it afterwards.
     ///
     /// `scene` is the bench in perfect light.
     pub fn of(

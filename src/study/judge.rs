@@ -44,7 +44,8 @@ impl Subject {
         .map_err(Failure::refused)
     }
 
-    /// The surface that is meant by the file: of a block the smooth one through its vertices, of another solid its facets.
+    /// The surface that is meant by the file: of a block the smooth one through its vertices, of
+    /// another solid its facets.
     fn surface(&self) -> Surface {
         match self {
             Self::Block(_) => Surface::Spline,
@@ -90,18 +91,20 @@ pub struct Examiner {
     target: Option<Image>,
 }
 
-/// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of infinitely many.
+/// Beams per pixel along each side. The image of a photograph is then within 0.001 of that of
+/// infinitely many.
 const BEAMS_PER_PIXEL: usize = 4;
 
-/// Windows that are this many times as high as wide have as many pixels as asked for across; of narrower ones, fewer, so that there are no
-/// more in all.
+/// Windows that are this many times as high as wide have as many pixels as asked for across; of
+/// narrower ones, fewer, so that there are no more in all.
 const MOST_UPRIGHT: f64 = 2.0;
 
 /// Beams across a solid that is no block, and across a block that is no rectangle, at least.
 const LEAST_BEAMS: usize = 1024;
 
 impl Examiner {
-    /// An examiner with `pixels` across, at most as many as the picture has that light is judged by.
+    /// An examiner with `pixels` across, at most as many as the picture has that light is judged
+    /// by.
     pub fn new(mut scene: Scene, target: Option<&Image>, pixels: usize) -> Self {
         let (nx, aspect) = match target {
             Some(target) => (target.nx.min(pixels).max(8), target.ny as f64 / target.nx as f64),
@@ -178,11 +181,11 @@ impl Examiner {
         })
     }
 
-    /// The light that a tracer of this block finds, by beams: so many per pixel along each side, and
-    /// at least one per node. What is finer than pixels, such as the scallops of a cutter, still
-    /// bends the light. A block that is no rectangle takes more where pixels are few: at 64 of them
-    /// the error of a disc was 0.0495 by 4 beams a pixel, 0.0453 by 16, and 0.0451 by 40 million
-    /// photons.
+    /// The light that a tracer of this block finds, by beams: so many per pixel along each side,
+    /// and at least one per node. What is finer than pixels, such as the scallops of a cutter,
+    /// still bends the light. A block that is no rectangle takes more where pixels are few: at 64
+    /// of them the error of a disc was 0.0495 by 4 beams a pixel, 0.0453 by 16, and 0.0451 by 40
+    /// million photons.
     pub fn beams_through(&self, block: &Block, tracer: &Tracer, per_pixel: usize) -> Beams {
         let ((nx, ny), (columns, rows)) = (self.pixels(), block.nodes());
         let least = if block.is_rectangular() { 1 } else { LEAST_BEAMS * per_pixel / BEAMS_PER_PIXEL };
@@ -226,8 +229,8 @@ pub struct Verdict {
     pub photons: UnbiasedError,
 }
 
-/// Looks at a subject by beams, and again by photons, which find their way through the hierarchy and share nothing with the
-/// lattice of the beams.
+/// Looks at a subject by beams, and again by photons, which find their way through the hierarchy
+/// and share nothing with the lattice of the beams.
 pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Result<Judgement, Failure> {
     // The photons' search structure is built on one core.
     let (seen, tally) = rayon::join(
@@ -259,8 +262,8 @@ pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Resul
     })
 }
 
-/// Whether photons see what beams see. Beams have a width, which very many photons can tell: where they seem to disagree, beams
-/// of half the width say how much of it is that.
+/// Whether photons see what beams see. Beams have a width, which very many photons can tell: where
+/// they seem to disagree, beams of half the width say how much of it is that.
 fn agreement(
     subject: &Subject,
     examiner: &Examiner,
@@ -280,7 +283,8 @@ fn agreement(
     Ok(second)
 }
 
-/// Standard errors beyond which photons and beams do not show the same light: chance gets there once in 16 000 runs.
+/// Standard errors beyond which photons and beams do not show the same light: chance gets there
+/// once in 16 000 runs.
 const DISAGREEMENT: f64 = 4.0;
 /// Standard errors up to which they do: chance keeps to them 19 times in 20.
 const AGREEMENT: f64 = 2.0;

@@ -95,8 +95,8 @@ impl MillStudy {
         &self.steps[self.steps.len() - 1]
     }
 
-    /// The block as it is in the end, its record, and what was done to it, in words: on the nodes of
-    /// the design where these hold the face, after a polish that leaves nothing of the scallops.
+    /// The block as it is in the end, its record, and what was done to it, in words: on the nodes
+    /// of the design where these hold the face, after a polish that leaves nothing of the scallops.
     ///
     /// # Errors
     /// A face of more nodes than a file of it could hold.
@@ -113,7 +113,8 @@ impl MillStudy {
                 pass.step_over_mm
             )));
         }
-        // The entry face stays where it is, and so does what stands around the exit face, which has its skirt already.
+        // The entry face stays where it is, and so does what stands around the exit face, which has
+        // its skirt already.
         let shape = Shape { skirt_mm: 0.0, ..shape(&piece.side.design)? };
         let rise_mm = shape.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0));
         let thickness_mm = Solid::highest_mm(&surface) + rise_mm - piece.block.entry_z_mm();
@@ -154,8 +155,9 @@ pub fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
     Milled::of(surface, *pass).map_err(Failure::refused)
 }
 
-/// A milled face after its polish, on no more nodes than it then needs and on no fewer than the design has: at a spacing of half the
-/// standard deviation the polish has left 3e-9 of the shortest wave that the nodes hold.
+/// A milled face after its polish, on no more nodes than it then needs and on no fewer than the
+/// design has: at a spacing of half the standard deviation the polish has left 3e-9 of the shortest
+/// wave that the nodes hold.
 pub fn polished(milled: &HeightField, design: &HeightField, polish: Polish) -> HeightField {
     let (fine, coarse) = (milled.heights_mm(), design.heights_mm());
     let polished = polish.polished(milled);

@@ -70,8 +70,9 @@ impl Opened {
         Ok(Self { subject: Subject::Block(Box::new(block)), suspicions, moved, stand, origin })
     }
 
-    /// The solid, and everything that there is to say of its place. A block that had to be turned is turned on about the axis so that its
-    /// picture is the right way up, as far as its outline allows: its shape alone does not tell.
+    /// The solid, and everything that there is to say of its place. A block that had to be turned
+    /// is turned on about the axis so that its picture is the right way up, as far as its outline
+    /// allows: its shape alone does not tell.
     ///
     /// # Errors
     /// None that is known.
@@ -92,7 +93,8 @@ impl Opened {
     }
 }
 
-/// Takes a mesh that must be a block, and brings it where it belongs; tells what that took, and what does not fit.
+/// Takes a mesh that must be a block, and brings it where it belongs; tells what that took, and
+/// what does not fit.
 ///
 /// # Errors
 /// No block, or one in another unit than its side file's.
@@ -114,7 +116,8 @@ fn place_of(expected: Option<Expected<'_>>) -> (Option<ExpectedPose>, DVec3) {
     (expected.as_ref().map(Expected::stand), expected.map_or(DVec3::ZERO, |expected| expected.origin_mm))
 }
 
-/// The block of a mesh, where it belongs or as it stands; or what else it is, and why that is no block.
+/// The block of a mesh, where it belongs or as it stands; or what else it is, and why that is no
+/// block.
 fn find(
     mesh: Mesh,
     name: &str,
@@ -161,7 +164,8 @@ fn best_way_up(placed: &PlacedBlock, stand: Option<&ExpectedPose>, scene: &Scene
     best.0
 }
 
-/// A block that is another unit's number of times as large as its side file says is another block to everyone who reads its file.
+/// A block that is another unit's number of times as large as its side file says is another block
+/// to everyone who reads its file.
 fn refuse_other_units(block: &Block, bench: &BenchRecord, name: &str) -> Result<(), Failure> {
     let size = block.size_mm();
     let units = [size, size.yx()].into_iter().find_map(|size| diagnosis::unit_of(size / bench.face_mm()));
@@ -186,7 +190,8 @@ fn shortest(value: f64) -> f64 {
     (1e9 * value).round() / 1e9
 }
 
-/// What it took to bring a block where it belongs, and what does the same to its file. `None` for nothing.
+/// What it took to bring a block where it belongs, and what does the same to its file. `None` for
+/// nothing.
 fn in_words(name: &str, placed: &PlacedBlock, origin: DVec3, has_side_file: bool) -> Option<String> {
     let Placement { inside_out, turn, shift_mm } = placed.placement;
     let mut said = Vec::new();

@@ -1,5 +1,5 @@
-//! What the light of a block shall be: the picture as the designer reads it, and what becomes of it for
-//! light that is not perfect and for caustic meshes.
+//! What the light of a block shall be: the picture as the designer reads it, and what becomes of it
+//! for light that is not perfect and for caustic meshes.
 
 use super::{
     bench::{bench_of, linear_picture},
@@ -139,7 +139,8 @@ impl Requirements {
         Ok(Self { perceived: covered(&picture)?, ideal: covered(&solver)?, solver, psf, deconvolved, mesh })
     }
 
-    /// The same for a block that has been made, by its side file, and the bench that it was made for.
+    /// The same for a block that has been made, by its side file, and the bench that it was made
+    /// for.
     ///
     /// # Errors
     /// Those of [`of`](Self::of).

@@ -78,7 +78,8 @@ impl Swept<'_> {
         Ok(())
     }
 
-    /// What is seen at one place of a range. `approve` may refuse a plan before work is done for it.
+    /// What is seen at one place of a range. `approve` may refuse a plan before work is done for
+    /// it.
     ///
     /// # Errors
     /// A bench that cannot draw the picture.
@@ -165,8 +166,9 @@ impl SweepPoint {
     }
 }
 
-/// How far the plane moves the light: a r / (1 + b r) with r = relief / distance. Proportional to r while the light is moved by
-/// less than the details of the picture are wide; two unrelated pictures differ by a certain amount and no more.
+/// How far the plane moves the light: a r / (1 + b r) with r = relief / distance. Proportional to r
+/// while the light is moved by less than the details of the picture are wide; two unrelated
+/// pictures differ by a certain amount and no more.
 pub struct Law {
     /// Its slope at small reliefs.
     pub a: f64,
@@ -177,7 +179,8 @@ pub struct Law {
 }
 
 impl Law {
-    /// By least squares of the relative deviation. `None` where r hardly changes, or with fewer than three points.
+    /// By least squares of the relative deviation. `None` where r hardly changes, or with fewer
+    /// than three points.
     pub fn fit(points: &[SweepPoint]) -> Option<Self> {
         let data: Vec<(f64, f64)> = points
             .iter()

@@ -25,7 +25,8 @@ const PIXELS: usize = 1024;
 pub struct TargetLight {
     /// The picture as the verifier reads it: what the eye shall see.
     pub picture: Image,
-    /// In spread light: what is to be drawn in perfect light for it, which is the designer's own solver target.
+    /// In spread light: what is to be drawn in perfect light for it, which is the designer's own
+    /// solver target.
     perfect: Option<Image>,
 }
 
@@ -40,7 +41,8 @@ impl TargetLight {
     ) -> Result<Self, Failure> {
         let own = read(path, &options_of(settings), host)?;
         let picture = match &requirements.mesh {
-            // A mesh shows a part of the picture: which, is the design's affair; what is on it, is not.
+            // A mesh shows a part of the picture: which, is the design's affair; what is on it, is
+            // not.
             Some(mesh) => {
                 let light = TargetIrradiance::new(to_picture_order(&field_of(&own.light))).map_err(Failure::refused)?;
                 image_of(mesh.covered(&light, bench).map_err(Failure::refused)?.cells())
@@ -92,7 +94,8 @@ impl TargetLight {
     }
 }
 
-/// What settings do to a picture, in the verifier's words. The only place where they are translated.
+/// What settings do to a picture, in the verifier's words. The only place where they are
+/// translated.
 pub fn options_of(settings: &Settings) -> ReadOptions {
     let vignette = match settings.vignette {
         Some(VignetteName(Vignette::Circle { soft })) => Some(soft),

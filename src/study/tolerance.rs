@@ -24,7 +24,8 @@ pub struct Tolerances {
     pub thickness_mm: f64,
     /// Angular diameters of the light as seen from the block.
     pub light_degrees: Vec<f64>,
-    /// The relative RMS error up to which a picture counts as in focus; else twice that of the block.
+    /// The relative RMS error up to which a picture counts as in focus; else twice that of the
+    /// block.
     pub focus_error: Option<f64>,
 }
 
@@ -113,7 +114,8 @@ pub struct Place {
     pub growth: DVec2,
 }
 
-/// The distances between which the picture is in focus, mm; `None` where a side has no end within what was looked at.
+/// The distances between which the picture is in focus, mm; `None` where a side has no end within
+/// what was looked at.
 #[derive(Clone, Copy)]
 pub struct Focus {
     /// The relative RMS error up to which a picture counts.
@@ -294,8 +296,9 @@ impl DesignedBench<'_> {
         Ok((changes, left_out))
     }
 
-    /// The light of a disc around the bench's own, of equal power from every part of it: of directions, or of places of a lamp which
-    /// is as large as that as seen from the middle of the block.
+    /// The light of a disc around the bench's own, of equal power from every part of it: of
+    /// directions, or of places of a lamp which is as large as that as seen from the middle of the
+    /// block.
     fn extended_light(&self, diameter_degrees: f64) -> Result<Image, Failure> {
         let count = 1 + 3 * RINGS * (RINGS + 1);
         let radius = (0.5 * diameter_degrees).to_radians().tan();
@@ -321,7 +324,8 @@ impl DesignedBench<'_> {
         sum.ok_or_else(|| Failure::Usage("there is no light".into()))
     }
 
-    /// The bench's light from a little beside its direction, or its place: by these tangents as seen from the middle of the block.
+    /// The bench's light from a little beside its direction, or its place: by these tangents as
+    /// seen from the middle of the block.
     fn light_aside(&self, tangents: DVec2) -> Light {
         let across = |axis: DVec3| {
             let (x, y) = axis.any_orthonormal_pair();

@@ -17,8 +17,8 @@ use crate::{
 };
 use glasswarp_verify::{Image, Mesh, PhotonPlan};
 
-/// Photons that confirm the beams of a design, one per pixel within these limits: enough to find a fault, few enough not to be waited
-/// for.
+/// Photons that confirm the beams of a design, one per pixel within these limits: enough to find a
+/// fault, few enough not to be waited for.
 const PHOTONS: [u64; 2] = [1 << 16, 1 << 18];
 /// Photons in spread light, of which beams know nothing.
 const SPREAD_PHOTONS: u64 = 8_000_000;
@@ -42,8 +42,9 @@ pub struct DesignVerification<'a> {
 }
 
 impl<'a> DesignVerification<'a> {
-    /// Judges a file of a design as soon as it is read back, and looks for the step that costs most. `bench` and `settings` are those
-    /// of its side file, which is what a stranger will have; `mesh` waits for the file, and gives none if it could not be read.
+    /// Judges a file of a design as soon as it is read back, and looks for the step that costs
+    /// most. `bench` and `settings` are those of its side file, which is what a stranger will have;
+    /// `mesh` waits for the file, and gives none if it could not be read.
     ///
     /// # Errors
     /// A file that holds no closed solid, files that cannot be read.

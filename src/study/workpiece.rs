@@ -25,7 +25,8 @@ use glasswarp_verify::{Block, Geometry, Image, Mesh, Scene, Surface, Traversal, 
 pub struct Workpiece {
     /// Its side file.
     pub side: SideFile,
-    /// As it was found: every other face stands on its entry face, within its outline and rim, and on its bench.
+    /// As it was found: every other face stands on its entry face, within its outline and rim, and
+    /// on its bench.
     pub block: Block,
     /// Its exit face.
     pub surface: HeightField,
@@ -85,14 +86,15 @@ impl Workpiece {
     }
 }
 
-/// Beams per pixel along each side that a milled face is traced with at least. With fewer than of a smooth face: the image is within
-/// 0.001 of that of infinitely many, where scallops move it by a hundred times that.
+/// Beams per pixel along each side that a milled face is traced with at least. With fewer than of a
+/// smooth face: the image is within 0.001 of that of infinitely many, where scallops move it by a
+/// hundred times that.
 const SCALLOP_BEAMS: usize = 4;
 /// Most beams that are traced at once.
 const MOST_BEAMS: usize = 1 << 30;
 
-/// The light of a milled face on a block, by its own slopes, and the face: of many millions of nodes there is never a second copy.
-/// `design` is the face before.
+/// The light of a milled face on a block, by its own slopes, and the face: of many millions of
+/// nodes there is never a second copy. `design` is the face before.
 pub fn view_milled(
     examiner: &Examiner,
     block: &Block,
@@ -136,7 +138,8 @@ fn compare(examiner: &Examiner, image: &Image) -> Result<Metrics, Failure> {
     examiner.compare(image)?.ok_or_else(|| Failure::Usage("there is no picture to compare with".into()))
 }
 
-/// The exit face of a block as a height field in the block's own frame, which goes on smoothly beyond its outline.
+/// The exit face of a block as a height field in the block's own frame, which goes on smoothly
+/// beyond its outline.
 ///
 /// # Errors
 /// An outline that is neither an ellipse nor a rectangle with round corners.

@@ -1,4 +1,5 @@
-//! Clamped cubic B-splines along one side of a face, and the least-squares fit with them: one sweep of banded Cholesky.
+//! Clamped cubic B-splines along one side of a face, and the least-squares fit with them: one sweep
+//! of banded Cholesky.
 
 use crate::grid::Field;
 use rayon::prelude::*;
@@ -8,7 +9,8 @@ pub const DEGREE: usize = 3;
 /// B-splines that do not vanish at a point.
 pub(super) const ORDER: usize = DEGREE + 1;
 
-/// First B-spline that does not vanish at a point, and values, slopes and second derivatives of the four.
+/// First B-spline that does not vanish at a point, and values, slopes and second derivatives of the
+/// four.
 pub(super) type Weights = (usize, [[f64; ORDER]; 3]);
 
 /// The B-splines along one side.
@@ -103,8 +105,8 @@ impl Axis {
         if k == 0 || k + 1 == self.nodes.len() { 0.5 } else { 1.0 }
     }
 
-    /// The Cholesky factor of `B^T W B`, where `B` holds the B-splines at the nodes. It is positive definite, because every
-    /// B-spline has a node of its own under it (Schoenberg and Whitney).
+    /// The Cholesky factor of `B^T W B`, where `B` holds the B-splines at the nodes. It is positive
+    /// definite, because every B-spline has a node of its own under it (Schoenberg and Whitney).
     fn cholesky(&self) -> Vec<[f64; ORDER]> {
         let mut factor = vec![[0.0; ORDER]; self.points()];
         for (k, (first, [value, ..])) in self.nodes.iter().enumerate() {

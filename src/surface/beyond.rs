@@ -6,9 +6,9 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 impl HeightField {
-    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and becomes straight there: beyond a curved outline
-    /// it keeps its bend across it as far as that. Heights stay as they are: their mean is 0
-    /// without the skirt.
+    /// The same face, which goes on smoothly beyond its border by at least this much, mm, and
+    /// becomes straight there: beyond a curved outline it keeps its bend across it as far as that.
+    /// Heights stay as they are: their mean is 0 without the skirt.
     pub fn with_skirt(&self, least_mm: f64) -> Self {
         let old = &self.heights_mm;
         let (nx, ny) = (old.nx(), old.ny());
@@ -37,7 +37,8 @@ impl HeightField {
             go_on(&mut line, cy);
             line.iter().enumerate().for_each(|(j, &z)| heights[(i, j)] = z);
         }
-        // Beside the columns of the face as its rows go on; in the corners by both ways added up, which no noise is extrapolated twice for.
+        // Beside the columns of the face as its rows go on; in the corners by both ways added up,
+        // which no noise is extrapolated twice for.
         for j in 0..ny + 2 * cy {
             let row = j.clamp(cy, cy + ny - 1);
             for i in (0..cx).chain(cx + nx..nx + 2 * cx) {
@@ -49,8 +50,8 @@ impl HeightField {
         Self { extent: Extent::new(size.x, size.y), heights_mm: heights, ..*self }
     }
 
-    /// The same face within its outline; beyond, heights that go straight on across it, and far from it lie within those of the
-    /// face. What smooths or cuts the face looks there.
+    /// The same face within its outline; beyond, heights that go straight on across it, and far
+    /// from it lie within those of the face. What smooths or cuts the face looks there.
     pub fn continued(&self) -> Self {
         if self.contour().is_rectangle() {
             return self.clone();
@@ -60,8 +61,9 @@ impl HeightField {
         Self { heights_mm, ..self.clone() }
     }
 
-    /// The same face, whose heights far beyond its outline are within its own: a surface that is trimmed to the outline then is nowhere
-    /// much higher or lower than what is left of it, for programs that look at all of it. The spline within stays as it is.
+    /// The same face, whose heights far beyond its outline are within its own: a surface that is
+    /// trimmed to the outline then is nowhere much higher or lower than what is left of it, for
+    /// programs that look at all of it. The spline within stays as it is.
     pub fn levelled(&self) -> Self {
         if self.contour().is_rectangle() {
             return self.clone();
@@ -71,8 +73,9 @@ impl HeightField {
         Self { heights_mm, ..self.clone() }
     }
 
-    /// The face as it is cut into a sheet of its whole extent, which is cut to the outline afterwards: [`continued`](Self::continued),
-    /// as a rectangle. Heights stay as they are: their mean is 0 within the outline.
+    /// The face as it is cut into a sheet of its whole extent, which is cut to the outline
+    /// afterwards: [`continued`](Self::continued), as a rectangle. Heights stay as they are: their
+    /// mean is 0 within the outline.
     pub fn sheet(&self) -> Self {
         Self { outline: Outline::Rectangle, ..self.continued() }
     }
@@ -90,14 +93,17 @@ impl HeightField {
     }
 }
 
-/// Nodes from which the curvature at the border is found: what is further away tells less than 1e-9 of it.
+/// Nodes from which the curvature at the border is found: what is further away tells less than 1e-9
+/// of it.
 const TELLING: usize = 16;
 
-/// Fills the first and last `count` values of a line, which goes on as the cubic at its border does and soon becomes straight: the
-/// spline through it stays what it was without, where a kink would make it ring.
+/// Fills the first and last `count` values of a line, which goes on as the cubic at its border does
+/// and soon becomes straight: the spline through it stays what it was without, where a kink would
+/// make it ring.
 fn go_on(line: &mut [f64], count: usize) {
     for _ in 0..2 {
-        // Second derivatives M per node of the not-a-knot spline: M_1 is the second difference d_1, and (1, 4, 1) M / 6 = d.
+        // Second derivatives M per node of the not-a-knot spline: M_1 is the second difference d_1,
+        // and (1, 4, 1) M / 6 = d.
         let known = line.len() - 2 * count;
         let d = |k: usize| line[count + k - 1] - 2.0 * line[count + k] + line[count + k + 1];
         let last = TELLING.min(known - 2);
@@ -112,8 +118,9 @@ fn go_on(line: &mut [f64], count: usize) {
             following = m[k] - pivots[k] * following;
         }
         let at_border = 2.0 * m[1] - following;
-        // Beyond, the second difference of a cubic goes on in a straight line. Two nodes are all that the spline within notices; a third
-        // softens the end of the bend. More of it, and a sharp edge at the border would make the skirt run away.
+        // Beyond, the second difference of a cubic goes on in a straight line. Two nodes are all
+        // that the spline within notices; a third softens the end of the bend. More of it, and a
+        // sharp edge at the border would make the skirt run away.
         let change = at_border - m[1];
         let bends = [at_border, at_border + change, 0.5 * (at_border + 2.0 * change)];
         for k in 0..count {
@@ -185,7 +192,8 @@ mod tests {
                     }
                 } else if wide.contour().contains(at) {
                     let wanted = bowl(at) + lift;
-                    // A bowl bends the same in every direction; of its slope smoothing along the outline takes a hundredth.
+                    // A bowl bends the same in every direction; of its slope smoothing along the
+                    // outline takes a hundredth.
                     at_worst(0.0023, (spline.sample(at).height_mm - wanted).abs(), format_args!("{outline:?} {at}"));
                 }
             }

@@ -1,25 +1,29 @@
-//! Heights beyond the outline of a block, where there is no glass: what the spline through a grid needs there.
+//! Heights beyond the outline of a block, where there is no glass: what the spline through a grid
+//! needs there.
 
 use super::{height_field::HeightField, spline::SurfaceSpline};
 use crate::grid::{Contour, Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// Nodes beyond the outline whose heights are kept as far as there are any, and up to which they blend into the continuation, spacings:
-/// the spline within notices two of them.
+/// Nodes beyond the outline whose heights are kept as far as there are any, and up to which they
+/// blend into the continuation, spacings: the spline within notices two of them.
 const KEPT: (f64, f64) = (3.0, 9.0);
 /// From where to where detail of the slope and of the bend across the outline fades, spacings.
 const DETAIL: (f64, f64) = (2.0, 5.0);
 /// Detail is what is finer along the outline than this, spacings: the width of a Gaussian.
 const SMOOTH: f64 = 12.0;
 
-/// The heights of a face on a grid of `cells` more along each side, mm: those of the face where it has any, and beyond its outline a
-/// continuation straight on across it, with the slope that the face has there and, as far as `bends_mm`, its bend. Detail of both along the
-/// outline soon fades, so that neighbours go on side by side.
+/// The heights of a face on a grid of `cells` more along each side, mm: those of the face where it
+/// has any, and beyond its outline a continuation straight on across it, with the slope that the
+/// face has there and, as far as `bends_mm`, its bend. Detail of both along the outline soon fades,
+/// so that neighbours go on side by side.
 ///
-/// With the bend, light of a face on which it is spread without folds goes on from the border of its picture outwards: there the map from the
-/// face to its landing points has the Jacobian `J`, symmetric and positive, which takes the tangent `t` of the outline to the border of the picture. Its normal
-/// is then along `J^-1 n`, and `J n . J^-1 n = 1`. Without the bend that may be negative where the map shears.
+/// With the bend, light of a face on which it is spread without folds goes on from the border of
+/// its picture outwards: there the map from the face to its landing points has the Jacobian `J`,
+/// symmetric and positive, which takes the tangent `t` of the outline to the border of the picture.
+/// Its normal is then along `J^-1 n`, and `J n . J^-1 n = 1`. Without the bend that may be negative
+/// where the map shears.
 pub(super) fn go_on_beyond(surface: &HeightField, (cx, cy): (usize, usize), bends_mm: f64) -> Field<f64> {
     let (old, extent, contour) = (surface.heights_mm(), surface.extent(), surface.contour());
     let (nx, ny) = (old.nx(), old.ny());
@@ -52,8 +56,8 @@ struct Edge {
     contour: Contour,
     step: f64,
     bends_mm: f64,
-    /// Gradient (x, y) and second derivatives (xx, xy, yy) without detail, at equal angles around the middle, in parts of the half width
-    /// and height.
+    /// Gradient (x, y) and second derivatives (xx, xy, yy) without detail, at equal angles around
+    /// the middle, in parts of the half width and height.
     smooth: Vec<[f64; 5]>,
 }
 
@@ -116,7 +120,8 @@ impl Edge {
     }
 }
 
-/// What is 1 up to a place and falls in a straight line to 0 at another: itself, and integrated once and twice from 0.
+/// What is 1 up to a place and falls in a straight line to 0 at another: itself, and integrated
+/// once and twice from 0.
 fn faded(at: f64, (begin, end): (f64, f64)) -> [f64; 3] {
     let within = at.min(end);
     let part = (within - begin).max(0.0);
@@ -127,8 +132,8 @@ fn faded(at: f64, (begin, end): (f64, f64)) -> [f64; 3] {
     [value, once, twice]
 }
 
-/// Keeps the heights far beyond the outline within those of the face: above soon, where there is no stock; below late, so that no hollow
-/// that this makes keeps a cutter from the face.
+/// Keeps the heights far beyond the outline within those of the face: above soon, where there is no
+/// stock; below late, so that no hollow that this makes keeps a cutter from the face.
 pub(super) fn limit(surface: &HeightField, heights: &mut Field<f64>) {
     let ((low, high), contour) = (surface.range_mm(), surface.contour());
     let (nx, ny) = (heights.nx(), heights.ny());
@@ -145,11 +150,12 @@ pub(super) fn limit(surface: &HeightField, heights: &mut Field<f64>) {
     });
 }
 
-/// Where heights beyond the outline begin to be kept within those of the face, and where they all are, spacings. Of what is eight nodes
-/// further the spline notices less than a ten-thousandth.
+/// Where heights beyond the outline begin to be kept within those of the face, and where they all
+/// are, spacings. Of what is eight nodes further the spline notices less than a ten-thousandth.
 const LEVEL: (f64, f64) = (8.0, 12.0);
 
-/// Keeps the heights beyond the outline within those of the face, but for the next few nodes, of which the spline within takes notice.
+/// Keeps the heights beyond the outline within those of the face, but for the next few nodes, of
+/// which the spline within takes notice.
 pub(super) fn level(surface: &HeightField, heights: &mut Field<f64>) {
     let ((low, high), contour) = (surface.range_mm(), surface.contour());
     let (nx, ny) = (heights.nx(), heights.ny());

@@ -6,11 +6,13 @@ use rayon::prelude::*;
 /// What is left of the bend from node to node.
 const DAMPING: f64 = 0.7;
 
-/// Gives a height to every node without one (not a number), smoothly: along its row and along its column the heights go on with
-/// their slope and a bend that fades, and the nearer of both counts more; a gap between heights is bridged by a straight line.
-/// Nothing is done where there are no heights at all.
+/// Gives a height to every node without one (not a number), smoothly: along its row and along its
+/// column the heights go on with their slope and a bend that fades, and the nearer of both counts
+/// more; a gap between heights is bridged by a straight line. Nothing is done where there are no
+/// heights at all.
 ///
-/// A node matters to the spline a quarter as much from row to row, so that what is far beyond the outline does not matter at all.
+/// A node matters to the spline a quarter as much from row to row, so that what is far beyond the
+/// outline does not matter at all.
 pub(super) fn fill_missing(heights: &mut Field<f64>) {
     let missing = |heights: &Field<f64>| heights.as_slice().iter().filter(|z| z.is_nan()).count();
     let mut left = missing(heights);

@@ -1,8 +1,9 @@
 use super::fill::fill_missing;
 use crate::grid::{Contour, Extent, Field, Outline};
 
-/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all nodes within its outline at 0, but for
-/// those of a [skirt](Self::with_skirt) and of a face that was [found](Self::found) with one.
+/// Heights of the exit face at nodes that span its extent edge to edge, mm, with the mean of all
+/// nodes within its outline at 0, but for those of a [skirt](Self::with_skirt) and of a face that
+/// was [found](Self::found) with one.
 ///
 /// Nodes beyond the outline carry a smooth continuation, which the spline through the nodes needs.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,8 +24,8 @@ impl HeightField {
         Self::outlined(extent, Outline::Rectangle, heights_mm)
     }
 
-    /// Takes over node heights of a face of any outline, mm, and shifts them to the mean 0 of those within. Nodes beyond the
-    /// outline that are not a number are given a smooth continuation.
+    /// Takes over node heights of a face of any outline, mm, and shifts them to the mean 0 of those
+    /// within. Nodes beyond the outline that are not a number are given a smooth continuation.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side (a cubic needs four).
@@ -32,8 +33,9 @@ impl HeightField {
         Self::closed(extent, outline, heights_mm, false)
     }
 
-    /// Takes over the node heights of a face as they were found on its bench, mm: their zero is not their mean where the face has a skirt. Nodes
-    /// beyond the outline that are not a number are given a smooth continuation.
+    /// Takes over the node heights of a face as they were found on its bench, mm: their zero is not
+    /// their mean where the face has a skirt. Nodes beyond the outline that are not a number are
+    /// given a smooth continuation.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side (a cubic needs four).
@@ -60,7 +62,8 @@ impl HeightField {
         Self { extent, outline, heights_mm, found }
     }
 
-    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0; of a [found](Self::found) one, as they are.
+    /// A face of the same extent and outline with other heights, mm, shifted to the mean 0; of a
+    /// [found](Self::found) one, as they are.
     ///
     /// # Panics
     /// With fewer than 4 nodes along a side.

@@ -1,4 +1,5 @@
-//! From slopes at nodes to heights (section 2.3 of the paper): least squares over the edges of the grid.
+//! From slopes at nodes to heights (section 2.3 of the paper): least squares over the edges of the
+//! grid.
 
 use super::HeightField;
 use crate::grid::{
@@ -13,8 +14,9 @@ use rayon::prelude::*;
 pub enum EdgeRule {
     /// The mean of the two ends, as in the paper; second order.
     TwoPoint,
-    /// The integral of the cubic through four nodes in a row, `(-1, 13, 13, -1) / 24`; fourth order. The outermost edges use
-    /// the four nodes nearest to them, `(9, 19, -5, 1) / 24`, of the same order.
+    /// The integral of the cubic through four nodes in a row, `(-1, 13, 13, -1) / 24`; fourth
+    /// order. The outermost edges use the four nodes nearest to them, `(9, 19, -5, 1) / 24`, of the
+    /// same order.
     FourPoint,
 }
 
@@ -34,8 +36,9 @@ impl EdgeRule {
 
 /// The heights whose rises along the edges of the grid fit the slopes best.
 ///
-/// Minimises the sum over edges of the squared difference between slopes, `((z_b - z_a) / length - slope)^2`; on square
-/// cells this is the paper's system (5). Solved directly: see [`least_squares`].
+/// Minimises the sum over edges of the squared difference between slopes, `((z_b - z_a) / length -
+/// slope)^2`; on square cells this is the paper's system (5). Solved directly: see
+/// [`least_squares`].
 ///
 /// # Panics
 /// With fewer than 4 nodes along a side.
@@ -52,12 +55,13 @@ pub fn heights_of_slopes(slopes: &Field<DVec2>, extent: Extent, rule: EdgeRule) 
     HeightField::new(extent, heights)
 }
 
-/// Node values of mean 0 whose differences along the edges of an `nx` by `ny` grid fit the given rises best, with the weight
-/// `weights.x` for edges along x and `weights.y` along y.
+/// Node values of mean 0 whose differences along the edges of an `nx` by `ny` grid fit the given
+/// rises best, with the weight `weights.x` for edges along x and `weights.y` along y.
 ///
-/// `rise_x(i, j)` is wanted from node `(i, j)` to `(i + 1, j)`, `rise_y(i, j)` to `(i, j + 1)`. The normal equations (5)
-/// have the Laplacian of the grid graph as their matrix, with natural boundaries, which the cosines of the DCT-II
-/// diagonalise: no iteration, and the singular mode (a constant) is left at 0.
+/// `rise_x(i, j)` is wanted from node `(i, j)` to `(i + 1, j)`, `rise_y(i, j)` to `(i, j + 1)`. The
+/// normal equations (5) have the Laplacian of the grid graph as their matrix, with natural
+/// boundaries, which the cosines of the DCT-II diagonalise: no iteration, and the singular mode (a
+/// constant) is left at 0.
 pub fn least_squares(
     (nx, ny): (usize, usize),
     weights: DVec2,
@@ -72,7 +76,8 @@ pub fn least_squares(
     field
 }
 
-/// The right-hand side of the normal equations (5): rises that end at a node less rises that begin there.
+/// The right-hand side of the normal equations (5): rises that end at a node less rises that begin
+/// there.
 fn divergence(
     (nx, ny): (usize, usize),
     weights: DVec2,
@@ -144,10 +149,11 @@ mod tests {
         }
     }
 
-    /// The same as [`least_squares`] by matrix-free conjugate gradients, as the paper does it: the independent check.
+    /// The same as [`least_squares`] by matrix-free conjugate gradients, as the paper does it: the
+    /// independent check.
     ///
-    /// Stops when the residual of the normal equations is `tolerance` times its first value, or after `iteration_limit` steps;
-    /// returns the steps made.
+    /// Stops when the residual of the normal equations is `tolerance` times its first value, or
+    /// after `iteration_limit` steps; returns the steps made.
     fn least_squares_by_conjugate_gradients(
         (nx, ny): (usize, usize),
         weights: DVec2,

@@ -1,4 +1,5 @@
-//! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the control net of CAD files.
+//! The exit face: normals to slopes, slopes to heights, the spline through the heights, and the
+//! control net of CAD files.
 
 mod axis;
 mod beyond;

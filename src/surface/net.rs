@@ -1,9 +1,11 @@
 //! A clamped bicubic B-spline surface near a height field: what CAD files hold.
 //!
-//! Along each side the net has its own cubic B-splines over knots of multiplicity 4 at both ends, so that the border of the
-//! surface is the curve of the outermost control points. With as many control points as nodes the knots are those of the
-//! not-a-knot spline, and the surface is that of [`SurfaceSpline`] itself; with fewer they are equidistant, and the heights
-//! are the weighted least-squares fit to the nodes. Both are one direct solution: two sweeps of banded Cholesky, `O(nodes)`.
+//! Along each side the net has its own cubic B-splines over knots of multiplicity 4 at both ends,
+//! so that the border of the surface is the curve of the outermost control points. With as many
+//! control points as nodes the knots are those of the not-a-knot spline, and the surface is that of
+//! [`SurfaceSpline`] itself; with fewer they are equidistant, and the heights are the weighted
+//! least-squares fit to the nodes. Both are one direct solution: two sweeps of banded Cholesky,
+//! `O(nodes)`.
 
 use super::{
     HeightField, SurfaceSpline,
@@ -13,8 +15,9 @@ use crate::grid::{Extent, Field};
 use glam::DVec2;
 use rayon::prelude::*;
 
-/// A control net of heights over a rectangle. Parameters are counted in intervals from the lower corner; the control points
-/// stand above the Greville abscissae, so that `x` and `y` are linear in them.
+/// A control net of heights over a rectangle. Parameters are counted in intervals from the lower
+/// corner; the control points stand above the Greville abscissae, so that `x` and `y` are linear in
+/// them.
 #[derive(Clone, Debug)]
 pub struct ControlNet {
     extent: Extent,
@@ -23,7 +26,8 @@ pub struct ControlNet {
     heights_mm: Field<f64>,
 }
 
-/// How far a net is from the height field within its outline, over a lattice twice as dense as the nodes.
+/// How far a net is from the height field within its outline, over a lattice twice as dense as the
+/// nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FitError {
     /// Greatest difference of height, mm.
@@ -40,8 +44,8 @@ impl ControlNet {
     /// Fewest control points along a side.
     pub const LEAST: usize = ORDER;
 
-    /// The net of `points` control points nearest to the nodes, in the sense of least squares with the weights of the
-    /// trapezoidal rule: it keeps the volume under the nodes.
+    /// The net of `points` control points nearest to the nodes, in the sense of least squares with
+    /// the weights of the trapezoidal rule: it keeps the volume under the nodes.
     ///
     /// # Panics
     /// With fewer than [`LEAST`](Self::LEAST) control points along a side, or more than nodes.
@@ -73,7 +77,8 @@ impl ControlNet {
         &self.heights_mm
     }
 
-    /// Distinct knots along x and y, in intervals: whole numbers from 0. The first and the last are fourfold.
+    /// Distinct knots along x and y, in intervals: whole numbers from 0. The first and the last are
+    /// fourfold.
     pub fn knots(&self) -> [&[f64]; 2] {
         [self.along_x.distinct(), self.along_y.distinct()]
     }

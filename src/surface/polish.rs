@@ -42,7 +42,8 @@ pub enum PolishError {
 impl Polish {
     /// Greatest accepted standard deviation, mm.
     pub const MOST_SIGMA_MM: f64 = 5.0;
-    /// Accepted limits of the inverse's gain. Beyond the greater one it is rounding that is amplified.
+    /// Accepted limits of the inverse's gain. Beyond the greater one it is rounding that is
+    /// amplified.
     pub const GAIN_LIMITS: (f64, f64) = (1.0, 100.0);
     /// The gain up to which the inverse goes unless it is told otherwise.
     pub const DEFAULT_GAIN: f64 = 6.0;
@@ -81,27 +82,29 @@ impl Polish {
         self.most_gain
     }
 
-    /// The wave that the inverse amplifies most, mm. Shorter ones are given up: they are damped by the polish and not restored.
+    /// The wave that the inverse amplifies most, mm. Shorter ones are given up: they are damped by
+    /// the polish and not restored.
     pub fn shortest_wave_mm(&self) -> f64 {
         // There the Gaussian has the value of the noise.
         PI * self.sigma_mm * (2.0 / (1.0 / self.noise()).ln()).sqrt()
     }
 
-    /// The noise-to-signal amplitude of Wiener's filter: its gain is at most `(1 + noise^2) / (2 noise)`.
+    /// The noise-to-signal amplitude of Wiener's filter: its gain is at most `(1 + noise^2) / (2
+    /// noise)`.
     fn noise(&self) -> f64 {
         self.most_gain - (self.most_gain * self.most_gain - 1.0).max(0.0).sqrt()
     }
 
     /// The face after the polish.
     ///
-    /// Beyond the border the face goes on with the slope that it has there, so that a tilted plane stays what it is: pads that roll
-    /// over the edge are not modelled.
+    /// Beyond the border the face goes on with the slope that it has there, so that a tilted plane
+    /// stays what it is: pads that roll over the edge are not modelled.
     pub fn polished(&self, surface: &HeightField) -> HeightField {
         self.filter(surface, |gauss| gauss)
     }
 
-    /// The face that the polish turns into `surface`, as far as the gain allows: Wiener's inverse of the Gaussian, normalised so that slow
-    /// waves pass unchanged.
+    /// The face that the polish turns into `surface`, as far as the gain allows: Wiener's inverse
+    /// of the Gaussian, normalised so that slow waves pass unchanged.
     pub fn presharpened(&self, surface: &HeightField) -> HeightField {
         let square = self.noise() * self.noise();
         self.filter(surface, |gauss| (1.0 + square) * gauss / (gauss * gauss + square))
@@ -132,13 +135,14 @@ impl Polish {
     }
 }
 
-/// How far the border is continued, in standard deviations: the tails of Gaussian and inverse are below rounding there.
+/// How far the border is continued, in standard deviations: the tails of Gaussian and inverse are
+/// below rounding there.
 const REACH: f64 = 10.0;
 /// From how far inside the slope at the border is taken, in standard deviations.
 const WINDOW: f64 = 8.0;
 
-/// Continues a field beyond its border, along x and then along y: its own mirror image, sheared such that it goes on with the
-/// slope that it has there.
+/// Continues a field beyond its border, along x and then along y: its own mirror image, sheared
+/// such that it goes on with the slope that it has there.
 fn extend(field: &Field<f64>, pads: (usize, usize), windows: (usize, usize)) -> Field<f64> {
     let ((px, py), (nx, ny)) = (pads, (field.nx(), field.ny()));
     let wide = nx + 2 * px;
@@ -169,8 +173,9 @@ fn extend(field: &Field<f64>, pads: (usize, usize), windows: (usize, usize)) -> 
     Field::from_vec(wide, ny + 2 * py, data)
 }
 
-/// Weights of the first values of a sequence that give its slope at the first: that of the parabola fitted to them, the nearer
-/// the heavier. Single values, which may be those of scallops, do not matter.
+/// Weights of the first values of a sequence that give its slope at the first: that of the parabola
+/// fitted to them, the nearer the heavier. Single values, which may be those of scallops, do not
+/// matter.
 fn border_slope(window: usize) -> Vec<f64> {
     let near = |k: usize| (0.5 * PI * k as f64 / window as f64).cos().powi(2);
     let basis = |k: usize| {

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 /// The bicubic spline through the nodes of a height field, twice continuously differentiable.
 ///
-/// Uniform cubic B-splines in both directions, with the not-a-knot condition at the ends: it assumes nothing of the slope at
-/// the border, and reproduces every bicubic polynomial exactly. It is the surface that "the height field" means wherever a
-/// point between nodes is asked for.
+/// Uniform cubic B-splines in both directions, with the not-a-knot condition at the ends: it
+/// assumes nothing of the slope at the border, and reproduces every bicubic polynomial exactly. It
+/// is the surface that "the height field" means wherever a point between nodes is asked for.
 #[derive(Clone, Debug)]
 pub struct SurfaceSpline {
     extent: Extent,
@@ -71,8 +71,9 @@ impl SurfaceSpline {
         }
     }
 
-    /// What a height and a slope at one point depend on: hands out the places of the nodes' coefficients around it with the derivative of
-    /// `of_height h + of_slope . grad h` with respect to each. Those beyond the border follow from the others, not-a-knot.
+    /// What a height and a slope at one point depend on: hands out the places of the nodes'
+    /// coefficients around it with the derivative of `of_height h + of_slope . grad h` with respect
+    /// to each. Those beyond the border follow from the others, not-a-knot.
     pub(crate) fn gradient(&self, at: DVec2, of_height: f64, of_slope: DVec2, mut out: impl FnMut(usize, f64)) {
         let (nx, ny) = self.nodes();
         let spacing = self.extent.node_spacing(nx, ny);
@@ -154,7 +155,8 @@ pub(crate) struct Lattice<'a> {
 }
 
 impl Lattice<'_> {
-    /// Heights and slopes of row `j`, handed to `out(i, height_mm, slope)`. `scratch` is grown as needed.
+    /// Heights and slopes of row `j`, handed to `out(i, height_mm, slope)`. `scratch` is grown as
+    /// needed.
     pub(crate) fn row(&self, j: usize, scratch: &mut Vec<[f64; 2]>, mut out: impl FnMut(usize, f64, DVec2)) {
         let coefficients = &self.spline.coefficients;
         let (nx, ny) = self.spline.nodes();
@@ -179,7 +181,8 @@ impl Lattice<'_> {
     }
 }
 
-/// The four cubic B-splines that do not vanish on a cell, and their derivatives with respect to the cell's coordinate.
+/// The four cubic B-splines that do not vanish on a cell, and their derivatives with respect to the
+/// cell's coordinate.
 #[derive(Clone, Copy)]
 struct Basis {
     value: [f64; 4],
@@ -194,7 +197,8 @@ impl Basis {
         (cell, Self::at(position - cell as f64))
     }
 
-    /// The nodes' coefficients that a position depends on along an axis, by their place, with the weights of value and slope.
+    /// The nodes' coefficients that a position depends on along an axis, by their place, with the
+    /// weights of value and slope.
     fn of_nodes(position: f64, nodes: usize) -> Vec<(usize, [f64; 2])> {
         let (first, basis) = Self::locate(position, nodes);
         let mut found: Vec<(usize, [f64; 2])> = Vec::with_capacity(5);
@@ -233,7 +237,8 @@ impl Basis {
     }
 }
 
-/// The coefficient beyond an end from the four next to it: the third derivative is continuous at the second node.
+/// The coefficient beyond an end from the four next to it: the third derivative is continuous at
+/// the second node.
 const NOT_A_KNOT: [f64; 4] = [4.0, -6.0, 4.0, -1.0];
 
 /// Coefficients of the interpolating spline, along y and then along x.
@@ -241,8 +246,8 @@ fn prefilter(nodes: &Field<f64>) -> Field<f64> {
     let (nx, ny) = (nodes.nx(), nodes.ny());
     let pivots = pivots(nx.max(ny));
     let mut data = vec![0.0; (nx + 2) * (ny + 2)];
-    // Along y first, in the interior columns: whole rows at a time, so that the sweep runs along memory. Bands of columns
-    // are independent.
+    // Along y first, in the interior columns: whole rows at a time, so that the sweep runs along
+    // memory. Bands of columns are independent.
     let bands: Vec<Vec<f64>> = (0..nx)
         .into_par_iter()
         .step_by(COLUMNS_PER_TASK)
@@ -280,12 +285,13 @@ fn pivots(n: usize) -> Vec<f64> {
     pivots
 }
 
-/// Solves `(c[i-1] + 4 c[i] + c[i+1]) / 6 = z[i]` with not-a-knot ends for `width` interleaved sequences of `n` nodes,
-/// stored in places 1..=n of n + 2.
+/// Solves `(c[i-1] + 4 c[i] + c[i+1]) / 6 = z[i]` with not-a-knot ends for `width` interleaved
+/// sequences of `n` nodes, stored in places 1..=n of n + 2.
 ///
-/// The third derivative of the spline is continuous at the second node exactly if
-/// `c[-1] - 4 c[0] + 6 c[1] - 4 c[2] + c[3] = 0`. With the interpolation at the first three nodes that gives
-/// `c[1] = (8 z[1] - z[0] - z[2]) / 6` outright, and likewise at the other end; what is left between is tridiagonal.
+/// The third derivative of the spline is continuous at the second node exactly if `c[-1] - 4 c[0] +
+/// 6 c[1] - 4 c[2] + c[3] = 0`. With the interpolation at the first three nodes that gives `c[1] =
+/// (8 z[1] - z[0] - z[2]) / 6` outright, and likewise at the other end; what is left between is
+/// tridiagonal.
 fn interpolate(c: &mut [f64], width: usize, n: usize, pivots: &[f64]) {
     let at = |i: usize, k: usize| (i + 1) * width + k;
     // The known coefficients next to the ends, before the nodes are overwritten.
@@ -315,7 +321,8 @@ fn interpolate(c: &mut [f64], width: usize, n: usize, pivots: &[f64]) {
         }
     }
     for k in 0..width {
-        // Interpolation at the second node gives the first coefficient, at the first node the one outside.
+        // Interpolation at the second node gives the first coefficient, at the first node the one
+        // outside.
         c[at(0, k)] = 6.0 * z1[k] - 4.0 * c[at(1, k)] - c[at(2, k)];
         c[at(n - 1, k)] = 6.0 * zn[k] - 4.0 * c[at(n - 2, k)] - c[at(n - 3, k)];
         c[k] = 6.0 * ends[k][0] - 4.0 * c[at(0, k)] - c[at(1, k)];

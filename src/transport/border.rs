@@ -1,10 +1,11 @@
 //! The border condition: the border of the window maps to the outline of the lens.
 //!
-//! At a node of the border one scalar equation holds, `H(T) = 0` with `H` the level function of the outline; it is solved for
-//! the slope of the unknown across the border, from which the ghosts follow. For a rectangle it reads: the normal component of
-//! the lens point lies on the edge of the lens. A corner of the window that maps to a corner of the lens has two such
-//! equations for its two slopes. One that maps to a smooth piece of the outline has a single one, and the other is that the
-//! slopes go on along the border as they come.
+//! At a node of the border one scalar equation holds, `H(T) = 0` with `H` the level function of the
+//! outline; it is solved for the slope of the unknown across the border, from which the ghosts
+//! follow. For a rectangle it reads: the normal component of the lens point lies on the edge of the
+//! lens. A corner of the window that maps to a corner of the lens has two such equations for its
+//! two slopes. One that maps to a smooth piece of the outline has a single one, and the other is
+//! that the slopes go on along the border as they come.
 
 use super::{
     equation::{Equation, State},
@@ -13,11 +14,11 @@ use super::{
 };
 use glam::DVec2;
 
-/// Sweeps over the border of a lens with sharp corners at a time. Its slopes hardly depend on anything but themselves, and are revisited
-/// whenever the residual is.
+/// Sweeps over the border of a lens with sharp corners at a time. Its slopes hardly depend on
+/// anything but themselves, and are revisited whenever the residual is.
 const SWEEPS: usize = 3;
-/// The same for a curved outline, which couples the slopes along the border: a sweep leaves up to 0.6 of an error at the shortest
-/// wave.
+/// The same for a curved outline, which couples the slopes along the border: a sweep leaves up to
+/// 0.6 of an error at the shortest wave.
 const COUPLED_SWEEPS: usize = 24;
 /// Sweeps for a variation, which is wanted to a tenth.
 const VARIATION_SWEEPS: usize = 6;
@@ -27,9 +28,11 @@ const CORNER_STEPS: usize = 3;
 /// How the border slopes follow the unknown.
 #[derive(Clone, Debug)]
 pub(super) struct BorderRows {
-    /// `d slope = of_value du + of_tangent du_t` at every node; sides in the order left, right, lower, upper.
+    /// `d slope = of_value du + of_tangent du_t` at every node; sides in the order left, right,
+    /// lower, upper.
     sides: [Vec<[f64; 2]>; 4],
-    /// Normals, and derivatives of `H(T)` by `u, u_x, u_y`, of corners on a smooth outline, in the order of [`CORNERS`].
+    /// Normals, and derivatives of `H(T)` by `u, u_x, u_y`, of corners on a smooth outline, in the
+    /// order of [`CORNERS`].
     corners: [Option<(DVec2, [f64; 3])>; 4],
     active: bool,
 }
@@ -39,7 +42,8 @@ const CORNERS: [([usize; 2], [bool; 2]); 4] =
     [([0, 2], [false, false]), ([1, 2], [false, true]), ([0, 3], [true, false]), ([1, 3], [true, true])];
 
 impl Equation<'_> {
-    /// Sets the border slopes so that the border of the window maps to the outline of the lens, and the ghosts.
+    /// Sets the border slopes so that the border of the window maps to the outline of the lens, and
+    /// the ghosts.
     pub(super) fn fit_border(&self, state: &mut State) {
         state.spline.set_ghosts(&state.slopes);
         let smooth = !self.contour.is_rectangle();
@@ -91,7 +95,8 @@ impl Equation<'_> {
         rows
     }
 
-    /// Where the image of a node of a side lies with respect to the outline, mm, and the outward normal there.
+    /// Where the image of a node of a side lies with respect to the outline, mm, and the outward
+    /// normal there.
     #[inline(always)]
     fn miss(&self, side: usize, at: DVec2) -> (f64, DVec2) {
         if self.contour.is_rectangle() {
@@ -112,8 +117,8 @@ impl Equation<'_> {
         0.5 * self.contour.extent().as_vec()
     }
 
-    /// Continues the slopes along the borders into the corners, and moves those that the lens point leaves the outline by;
-    /// returns the greatest miss before, mm.
+    /// Continues the slopes along the borders into the corners, and moves those that the lens point
+    /// leaves the outline by; returns the greatest miss before, mm.
     fn fit_corners(&self, state: &mut State) -> f64 {
         let mut worst = 0.0_f64;
         for (sides, ends) in CORNERS {
@@ -134,7 +139,8 @@ impl Equation<'_> {
         worst
     }
 
-    /// Calls `f(side, k, slope, jet, y)` for every node of the border; returns the greatest of its values.
+    /// Calls `f(side, k, slope, jet, y)` for every node of the border; returns the greatest of its
+    /// values.
     fn each_border_node(&self, state: &mut State, mut f: impl FnMut(usize, usize, &mut f64, Jet, DVec2) -> f64) -> f64 {
         let State { spline, slopes, .. } = state;
         let mut worst = 0.0_f64;
@@ -149,7 +155,8 @@ impl Equation<'_> {
 }
 
 impl BorderRows {
-    /// Sets the ghosts of a variation of the unknown, whose inner coefficients are given, to the border's own variation.
+    /// Sets the ghosts of a variation of the unknown, whose inner coefficients are given, to the
+    /// border's own variation.
     pub(super) fn set_ghosts(&self, spline: &mut PathSpline, slopes: &mut BorderSlopes) {
         super::spline::reflect(&mut spline.coefficients);
         if !self.active {

@@ -1,5 +1,5 @@
-//! Carries the solution from the receiver to the heights of the lens: for every lens node, the point of the receiver that it
-//! lights, and from the path of that point the height.
+//! Carries the solution from the receiver to the heights of the lens: for every lens node, the
+//! point of the receiver that it lights, and from the path of that point the height.
 
 use super::{path::OpticalPath, spline::PathSpline};
 use crate::{
@@ -21,14 +21,15 @@ pub(super) struct Carrier {
 /// Heights, and how well they could be found.
 #[derive(Clone, Debug)]
 pub(super) struct Carried {
-    /// Not a number where no ray of the window leaves the lens: beyond its outline, but for a few nodes.
+    /// Not a number where no ray of the window leaves the lens: beyond its outline, but for a few
+    /// nodes.
     pub(super) heights_mm: Field<f64>,
     /// Lens nodes whose ray did not land within a tenth of a receiver cell of its wanted place.
     pub(super) missed: usize,
 }
 
-/// Width of the margin beyond a curved outline, in lens nodes, whose heights are those of the path continued beyond the window:
-/// the spline through the nodes then knows the face up to its outline.
+/// Width of the margin beyond a curved outline, in lens nodes, whose heights are those of the path
+/// continued beyond the window: the spline through the nodes then knows the face up to its outline.
 const COLLAR: f64 = 4.5;
 /// How far beyond the window the path is continued for that, in receiver cells.
 const BEYOND: f64 = 40.0;
@@ -49,7 +50,8 @@ impl Carried {
 
 /// Newton steps for the landing point of a node.
 const STEPS: usize = 8;
-/// The error of a height is cubic in that of the landing point: this, in receiver cells, puts it below 1e-9 mm.
+/// The error of a height is cubic in that of the landing point: this, in receiver cells, puts it
+/// below 1e-9 mm.
 const ENOUGH: f64 = 2e-2;
 
 impl Carrier {
@@ -90,9 +92,10 @@ impl Carrier {
         Carried { heights_mm: Field::from_vec(nx, ny, heights), missed: missed.iter().sum() }
     }
 
-    /// Finds a start for every lens node: the receiver triangle whose image under the map contains it, and of several, and of the last
-    /// call's landing point, the one whose oval forms the face (the Legendre guard where the image is folded). Without it a node
-    /// next to a crease would stay on the side that it was on before the crease moved.
+    /// Finds a start for every lens node: the receiver triangle whose image under the map contains
+    /// it, and of several, and of the last call's landing point, the one whose oval forms the face
+    /// (the Legendre guard where the image is folded). Without it a node next to a crease would
+    /// stay on the side that it was on before the crease moved.
     fn rasterise(&mut self, path: &OpticalPath, spline: &PathSpline) {
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let grid = spline.grid;
@@ -155,7 +158,8 @@ impl Carrier {
 
 /// Lens rows of one task; a constant, so that results do not depend on the number of threads.
 const ROWS_PER_BAND: usize = 16;
-/// How far the border of the lens may lie outside of the map's image, in lens nodes: the border condition's own accuracy.
+/// How far the border of the lens may lie outside of the map's image, in lens nodes: the border
+/// condition's own accuracy.
 const SLACK: f64 = 1e-5;
 
 /// Calls `f(column, row, barycentric weights)` for every node inside the triangle.
@@ -189,8 +193,9 @@ fn cover([a, b, c]: [DVec2; 3], nx: usize, rows: (usize, usize), mut f: impl FnM
     }
 }
 
-/// Gives nodes that no triangle covers the start of their neighbour in the row, and rows without any that of the nearest row:
-/// by rounding, the border of the lens may lie just outside of the map's image. `undistorted` is taken where nothing is covered.
+/// Gives nodes that no triangle covers the start of their neighbour in the row, and rows without
+/// any that of the nearest row: by rounding, the border of the lens may lie just outside of the
+/// map's image. `undistorted` is taken where nothing is covered.
 fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
     let (nx, ny) = (landing.nx(), landing.ny());
     landing.as_mut_slice().par_chunks_mut(nx).for_each(|line| {
@@ -223,8 +228,9 @@ fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
     }
 }
 
-/// Newton's iteration for `T(y) = x` from `landing`, which is updated. The height is the best oval met on the way, since the
-/// face is their envelope; returned with it is whether the ray hit. It may go so many cells `beyond` the window.
+/// Newton's iteration for `T(y) = x` from `landing`, which is updated. The height is the best oval
+/// met on the way, since the face is their envelope; returned with it is whether the ray hit. It
+/// may go so many cells `beyond` the window.
 #[inline(always)]
 fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2, beyond: f64) -> (f64, bool) {
     let grid = spline.grid;
@@ -251,7 +257,8 @@ fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2
         let next = (at - step).clamp(least, most);
         miss = (next - at).length();
         if miss < ENOUGH {
-            // The height of the oval is quadratic in the miss, and at its best where the search would end.
+            // The height of the oval is quadratic in the miss, and at its best where the search
+            // would end.
             if best.1 == at {
                 best.0 += 0.5 * path.oval_gradient(x, y, height, &ray).dot((next - at) * grid.spacing);
             }

@@ -1,9 +1,10 @@
-//! The correction of a round: less light is asked for where there is too much (Richardson and Lucy), as firmly as every place of the
-//! picture bears it.
+//! The correction of a round: less light is asked for where there is too much (Richardson and
+//! Lucy), as firmly as every place of the picture bears it.
 //!
-//! How firm a correction may be depends on how many nodes the lens has for a cell of the picture, along its poorest direction: on a
-//! disc that draws a square, on the window's corners too much makes folds and spots of what was merely blurred. So every place
-//! keeps the light that drew it best, and a round that made it worse there is taken back there, and is gentler from then on.
+//! How firm a correction may be depends on how many nodes the lens has for a cell of the picture,
+//! along its poorest direction: on a disc that draws a square, on the window's corners too much
+//! makes folds and spots of what was merely blurred. So every place keeps the light that drew it
+//! best, and a round that made it worse there is taken back there, and is gentler from then on.
 
 use super::light;
 use crate::grid::{Contour, Field};
@@ -21,8 +22,8 @@ const LAST: u8 = STAGES.len() as u8 - 1;
 
 /// A place whose squared error stays above this share of what it was goes on to the next stage.
 const STALLED: f64 = 0.94;
-/// Cells from a corner of the window, along both sides added up, within which a smooth outline squeezes the map beyond what the
-/// lens's nodes can hold.
+/// Cells from a corner of the window, along both sides added up, within which a smooth outline
+/// squeezes the map beyond what the lens's nodes can hold.
 const SQUEEZED: usize = 20;
 /// Places are squares of cells that reach so far around each.
 const REACH: usize = 4;
@@ -30,7 +31,8 @@ const REACH: usize = 4;
 /// What drew every place of the picture best so far.
 #[derive(Clone, Debug)]
 pub(super) struct Correction {
-    /// The light that the equation was solved with, at the receiver's nodes, and what it gave, on cells.
+    /// The light that the equation was solved with, at the receiver's nodes, and what it gave, on
+    /// cells.
     light: Field<f64>,
     seen: Field<f64>,
     /// Sum of squared errors around every cell.
@@ -41,8 +43,9 @@ pub(super) struct Correction {
 }
 
 impl Correction {
-    /// Begins with a first light and what it gave. The sharp corners of the window may map to a smooth outline of the lens: there the map is
-    /// squeezed without limit, and no round may be firm.
+    /// Begins with a first light and what it gave. The sharp corners of the window may map to a
+    /// smooth outline of the lens: there the map is squeezed without limit, and no round may be
+    /// firm.
     pub(super) fn new(
         light: Field<f64>,
         seen: Field<f64>,
@@ -83,7 +86,8 @@ impl Correction {
         });
     }
 
-    /// The light to try next: the best so far, times what the cells lack. Light below `floor` counts as that.
+    /// The light to try next: the best so far, times what the cells lack. Light below `floor`
+    /// counts as that.
     pub(super) fn next(&self, wanted: &Field<f64>, floor: f64, stage: usize, light: &mut Field<f64>) {
         let data = self
             .seen
@@ -133,11 +137,11 @@ fn around(seen: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
     Field::from_vec(nx, ny, sums)
 }
 
-/// One step of van Cittert's iteration, which undoes what interpolation between the centres of cells takes away from the mean over a
-/// cell.
+/// One step of van Cittert's iteration, which undoes what interpolation between the centres of
+/// cells takes away from the mean over a cell.
 ///
-/// With two nodes per cell the mean over a cell of the interpolant weighs the cell with 3/4 and its neighbours with 1/8, along
-/// each axis.
+/// With two nodes per cell the mean over a cell of the interpolant weighs the cell with 3/4 and its
+/// neighbours with 1/8, along each axis.
 fn sharpen(sharp: &mut Field<f64>, cells: &Field<f64>) {
     let (nx, ny) = (cells.nx(), cells.ny());
     let mut blurred = vec![0.0; nx * ny];

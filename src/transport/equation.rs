@@ -1,14 +1,15 @@
-//! The collocated equation: light is conserved at every node of the receiver, and the window maps onto the lens.
+//! The collocated equation: light is conserved at every node of the receiver, and the window maps
+//! onto the lens.
 //!
-//! With `A` the jacobian of the footprint, scaled to the unit squares of window and lens, conservation is
-//! `det A = f e^mu`, `f` the target of mean 1. It is solved in its convex form
+//! With `A` the jacobian of the footprint, scaled to the unit squares of window and lens,
+//! conservation is `det A = f e^mu`, `f` the target of mean 1. It is solved in its convex form
 //!
 //! ```text
 //! R = tr A - S,   S = sqrt(d^2 + 4 A01 A10 + 4 f e^mu),   d = A00 - A11
 //! ```
 //!
-//! which has no logarithm to break down in a black area, and picks the root with a positive trace. `mu` absorbs the mismatch
-//! of total flux that the discretisation leaves.
+//! which has no logarithm to break down in a black area, and picks the root with a positive trace.
+//! `mu` absorbs the mismatch of total flux that the discretisation leaves.
 
 use super::{
     path::OpticalPath,
@@ -38,8 +39,9 @@ impl State {
 
 const CHUNK: usize = 8192;
 
-/// Derivatives of the residual at a node with respect to `u, u_x, u_y, u_xx, u_xy, u_yy, mu`. In single precision: they only
-/// steer an iteration that is exact to a tenth, the residual itself is computed in double precision.
+/// Derivatives of the residual at a node with respect to `u, u_x, u_y, u_xx, u_xy, u_yy, mu`. In
+/// single precision: they only steer an iteration that is exact to a tenth, the residual itself is
+/// computed in double precision.
 pub(super) type Row = [f32; 7];
 
 /// The equation on one grid.
@@ -150,7 +152,8 @@ pub(super) fn trapezoid(k: usize, n: usize) -> f64 {
     if k == 0 || k + 1 == n { 0.5 } else { 1.0 }
 }
 
-/// The convex residual of a jacobian, its gradient with respect to that, and its derivative with respect to `mu`.
+/// The convex residual of a jacobian, its gradient with respect to that, and its derivative with
+/// respect to `mu`.
 #[inline(always)]
 fn convex(a: DMat2, light: f64) -> (f64, DMat2, f64) {
     let (a00, a10, a01, a11) = (a.x_axis.x, a.x_axis.y, a.y_axis.x, a.y_axis.y);

@@ -1,8 +1,9 @@
 //! The mean height of the face in the light of a point source.
 //!
-//! Newton's iteration holds the mean height over the receiver's nodes, which is that over the lens's nodes up to an error
-//! of the discretisation. Near a source that error changes the size of the picture. The closed loop would take it for an
-//! error of the light, while moving the face as well; so it is removed before.
+//! Newton's iteration holds the mean height over the receiver's nodes, which is that over the
+//! lens's nodes up to an error of the discretisation. Near a source that error changes the size of
+//! the picture. The closed loop would take it for an error of the light, while moving the face as
+//! well; so it is removed before.
 
 use super::{
     carry::Carrier,

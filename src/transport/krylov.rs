@@ -1,4 +1,5 @@
-//! Flexible GMRES (Saad 1993) in single precision with sums in double precision: it steers a Newton iteration, to a tenth.
+//! Flexible GMRES (Saad 1993) in single precision with sums in double precision: it steers a Newton
+//! iteration, to a tenth.
 
 use rayon::prelude::*;
 use std::ops::ControlFlow;
@@ -25,8 +26,9 @@ pub(super) struct Solved {
 const CHUNK: usize = 4096;
 
 impl Gmres {
-    /// Minimises `|rhs - sum_k w_k apply(k)|` over at most `most` directions. `apply(v, z, w)` turns the vector `v` into a
-    /// direction `z` (the preconditioner) and `w`, the operator's value of that, or ends the solve.
+    /// Minimises `|rhs - sum_k w_k apply(k)|` over at most `most` directions. `apply(v, z, w)`
+    /// turns the vector `v` into a direction `z` (the preconditioner) and `w`, the operator's value
+    /// of that, or ends the solve.
     pub(super) fn solve(
         &mut self,
         rhs: &[f32],

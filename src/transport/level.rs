@@ -12,8 +12,8 @@ use std::time::Duration;
 pub(super) const NAME: &str = "transport";
 /// Name of the levels' stage.
 pub(super) const STAGE: &str = "pyramid";
-/// Root mean square of the residual at which a level is solved. The residual is twice the error of the irradiance, more where
-/// it is dark.
+/// Root mean square of the residual at which a level is solved. The residual is twice the error of
+/// the irradiance, more where it is dark.
 pub(super) const RMS: f64 = 3e-4;
 /// Reduction asked of a linear solve.
 pub(super) const FORCING: f64 = 0.1;

@@ -6,17 +6,19 @@ use rayon::prelude::*;
 /// Added before logarithms are taken, relative to the mean.
 const HAZE: f64 = 0.05;
 
-/// Interpolates the irradiance of cells at the nodes of a grid that divides every cell into `per_cell` along x and y.
+/// Interpolates the irradiance of cells at the nodes of a grid that divides every cell into
+/// `per_cell` along x and y.
 ///
-/// Bilinear between the centres of cells, in the logarithm: between black and white the light of the middle is a dark grey, so
-/// that an edge stays on its side. What is darker than `floor` is raised to that.
+/// Bilinear between the centres of cells, in the logarithm: between black and white the light of
+/// the middle is a dark grey, so that an edge stays on its side. What is darker than `floor` is
+/// raised to that.
 pub(super) fn nodal(cells: &Field<f64>, per_cell: (usize, usize), floor: f64) -> Field<f64> {
     let logarithms = cells.map(|&e| (e.max(floor) + HAZE).ln());
     interpolate(&logarithms, per_cell, |v| (v.exp() - HAZE).max(floor))
 }
 
-/// Bilinear interpolation between the centres of cells at the nodes of the divided grid, constant beyond the outermost centres,
-/// and then `map`.
+/// Bilinear interpolation between the centres of cells at the nodes of the divided grid, constant
+/// beyond the outermost centres, and then `map`.
 pub(super) fn interpolate(cells: &Field<f64>, per_cell: (usize, usize), map: impl Fn(f64) -> f64 + Sync) -> Field<f64> {
     let (nx, ny) = (cells.nx() * per_cell.0 + 1, cells.ny() * per_cell.1 + 1);
     let along_x: Vec<_> = (0..nx).map(|i| between(i, per_cell.0, cells.nx())).collect();

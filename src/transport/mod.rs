@@ -1,4 +1,5 @@
-//! The transport solver: the optical path on the receiver, of which warp and true displaced height follow in closed form.
+//! The transport solver: the optical path on the receiver, of which warp and true displaced height
+//! follow in closed form.
 
 mod border;
 mod carry;

@@ -1,4 +1,5 @@
-//! Inexact Newton iteration on one grid: GMRES to a tenth, preconditioned by the operator's mean, which is diagonal in cosines.
+//! Inexact Newton iteration on one grid: GMRES to a tenth, preconditioned by the operator's mean,
+//! which is diagonal in cosines.
 
 use super::{
     border::BorderRows,
@@ -52,8 +53,8 @@ const HALVINGS: usize = 8;
 /// Most change of the logarithm of the light that a residual stands for to first order.
 const MOST_ACCOUNTED: f64 = 0.5;
 
-/// An error of the mean height, as a share of the distance, that does not matter even near a source, where it changes the size of the
-/// picture.
+/// An error of the mean height, as a share of the distance, that does not matter even near a
+/// source, where it changes the size of the picture.
 const LEAST_SHIFT: f64 = 3e-6;
 
 /// An iteration with its memory, for one grid.
@@ -66,7 +67,8 @@ pub(super) struct Newton {
     variation: PathSpline,
     variation_slopes: BorderSlopes,
     trial: State,
-    /// Mean height of the face over the receiver's nodes that puts the mean over the lens's nodes at 0, mm.
+    /// Mean height of the face over the receiver's nodes that puts the mean over the lens's nodes
+    /// at 0, mm.
     pub(super) height_mm: f64,
 }
 
@@ -133,7 +135,8 @@ impl Newton {
         Ok(Outcome { termination, iterations })
     }
 
-    /// Changes the light that was asked for to what the last iteration solved for, to first order in the residual that it left.
+    /// Changes the light that was asked for to what the last iteration solved for, to first order
+    /// in the residual that it left.
     pub(super) fn account(&self, light: &mut Field<f64>) {
         let nx = light.nx();
         let known = self.residual.par_chunks(nx).zip(self.rows.par_chunks(nx));
@@ -148,7 +151,8 @@ impl Newton {
         });
     }
 
-    /// Solves the linearised equation for the variation; returns the change of mu and the number of products it took.
+    /// Solves the linearised equation for the variation; returns the change of mu and the number of
+    /// products it took.
     fn solve(&mut self, sums: &Sums, border: &BorderRows, forcing: f64, progress: &dyn Progress) -> (f64, usize) {
         let Self { residual, rows, preconditioner, gmres, variation, variation_slopes, .. } = self;
         preconditioner.tune(sums.principal);
@@ -236,7 +240,8 @@ pub(super) fn product(rows: &[Row], variation: &PathSpline, mu: f64, out: &mut [
     });
 }
 
-/// The inverse of the operator with its derivatives by `u_xx` and `u_yy` replaced by their means, for B-spline collocation.
+/// The inverse of the operator with its derivatives by `u_xx` and `u_yy` replaced by their means,
+/// for B-spline collocation.
 #[derive(Debug)]
 struct Preconditioner {
     filter: CosineFilter,

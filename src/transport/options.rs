@@ -7,8 +7,8 @@ use crate::{grid::Contour, irradiance::TargetIrradiance, surface::Polish};
 pub enum Quality {
     /// One receiver cell per pixel and no closed loop: a few tenths of a second, for looking.
     Draft,
-    /// Two receiver cells per pixel and two rounds of the closed loop, four on a smooth outline, six where the picture starts far off, as white lines on
-    /// black do: seconds.
+    /// Two receiver cells per pixel and two rounds of the closed loop, four on a smooth outline,
+    /// six where the picture starts far off, as white lines on black do: seconds.
     #[default]
     Normal,
     /// As normal with up to five rounds: what the grid can give, in a few times the time.
@@ -39,12 +39,13 @@ pub struct TransportOptions {
     pub floor: BlackFloor,
     /// The polish that follows the cutting: the face is made such that its light is right after it.
     pub finish: Option<Polish>,
-    /// The manufacturable variant: no beam folded, and no radius of curvature below this, mm. What that costs in accuracy
-    /// is stated among the warnings.
+    /// The manufacturable variant: no beam folded, and no radius of curvature below this, mm. What
+    /// that costs in accuracy is stated among the warnings.
     pub min_radius_mm: Option<f64>,
 }
 
-/// Least receiver cells along the shorter side of the finest grid, so that tiny pictures have edges too.
+/// Least receiver cells along the shorter side of the finest grid, so that tiny pictures have edges
+/// too.
 const LEAST: usize = 64;
 /// Most receiver cells along a side: 16 million nodes take about 3 GB.
 const MOST: usize = 4096;
@@ -136,8 +137,8 @@ impl TransportOptions {
         }
     }
 
-    /// Cells of the finest receiver grid on which the solver works for a picture of so many pixels and a face of so many nodes, along x
-    /// and y: what its memory and its time are made of.
+    /// Cells of the finest receiver grid on which the solver works for a picture of so many pixels
+    /// and a face of so many nodes, along x and y: what its memory and its time are made of.
     pub fn receiver_cells(&self, pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
         let (cells, per_cell) = self.divide(pixels, nodes);
         (cells.0 * per_cell.0, cells.1 * per_cell.1)
@@ -152,7 +153,8 @@ impl TransportOptions {
         (cells, (per_cell(cells.0), per_cell(cells.1)))
     }
 
-    /// Rounds of the closed loop. A smooth outline wants more: where it squeezes the map, they must be gentle.
+    /// Rounds of the closed loop. A smooth outline wants more: where it squeezes the map, they must
+    /// be gentle.
     pub(super) fn rounds(&self, outline: &Contour) -> usize {
         self.rounds.unwrap_or(match (self.quality, outline.is_rectangle()) {
             (Quality::Draft, _) => 0,

@@ -1,33 +1,38 @@
-//! The optical-path relation: from the path length of the ray that lands on a point of the receiver to where and how high it
-//! leaves the block. Everything the solver knows of the bench's optics is here.
+//! The optical-path relation: from the path length of the ray that lands on a point of the receiver
+//! to where and how high it leaves the block. Everything the solver knows of the bench's optics is
+//! here.
 //!
-//! With `N` the incident direction times the index (for a mirror, the direction itself), a plane wave reaches the point
-//! `X = (x, h)` of the exit face with the phase `N . X`, and the receiver point `Y = (y, D)` after `|Y - X|` more:
+//! With `N` the incident direction times the index (for a mirror, the direction itself), a plane
+//! wave reaches the point `X = (x, h)` of the exit face with the phase `N . X`, and the receiver
+//! point `Y = (y, D)` after `|Y - X|` more:
 //!
 //! ```text
 //! b(y) = N . X + |Y - X|,      s = grad b = (y - x) / |Y - X|,      c = sqrt(1 - |s|^2)
 //! ```
 //!
-//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l (s, c)`, and from `b`
-//! itself `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c - 1`. Nothing is linearised about a plane.
+//! (the path is stationary in `x`, Fermat, so that only the explicit `y` counts). Hence `X = Y - l
+//! (s, c)`, and from `b` itself `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c
+//! - 1`. Nothing is linearised about a plane.
 //!
 //! # A source at a finite distance
 //!
-//! The phase is that of [`PointWave`](crate::light::PointWave), `W(X)` in place of `N . X`, with `N = grad W` at the point:
-//! `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are those of parallel light along the local `N`. So
-//! is the jacobian of the footprint, but for the factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad
-//! b)`. Its variation has, besides, the terms by which `N` and `B` follow the point `X`. The reference is again the flat
+//! The phase is that of [`PointWave`](crate::light::PointWave), `W(X)` in place of `N . X`, with `N
+//! = grad W` at the point: `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are
+//! those of parallel light along the local `N`. So is the jacobian of the footprint, but for the
+//! factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad b)`. Its variation has,
+//! besides, the terms by which `N` and `B` follow the point `X`. The reference is again the flat
 //! face, behind which the wave goes on as a wave of the same kind: `b = b_flat(y) + kappa u`.
 //!
 //! The equation does not notice: `footprint_jacobian` has it all.
 //!
 //! # A receiver that leans
 //!
-//! `y` and `s` are then coordinates in its plane and of the ray along it, `Y = C + R (y, 0)`, `b` is a function on the plane, and
-//! its gradient is still `s`. With the frame turned by `R` the light arrives obliquely, `N' = R^T N`, which is a case that is already
-//! there. Only where the block counts does the frame come in: `X = Y - l R (s, c)`, and the footprint, being the crossing of the
-//! plane `z = 0` along `N`, is an affine image of the crossing of a plane along the receiver: `A = M A'`, `M = (I | -N_t/N_z) R`
-//! without its last column.
+//! `y` and `s` are then coordinates in its plane and of the ray along it, `Y = C + R (y, 0)`, `b`
+//! is a function on the plane, and its gradient is still `s`. With the frame turned by `R` the
+//! light arrives obliquely, `N' = R^T N`, which is a case that is already there. Only where the
+//! block counts does the frame come in: `X = Y - l R (s, c)`, and the footprint, being the crossing
+//! of the plane `z = 0` along `N`, is an affine image of the crossing of a plane along the
+//! receiver: `A = M A'`, `M = (I | -N_t/N_z) R` without its last column.
 
 mod point;
 mod relation;
@@ -43,7 +48,8 @@ impl OpticalPath {
         let index = bench.exit_face().ior();
         let incident: DVec3 = bench.light_direction() * index;
         let tangential = incident.truncate();
-        // A flat face keeps the tangential part of N; beyond the critical angle the ray along it is only a reference.
+        // A flat face keeps the tangential part of N; beyond the critical angle the ray along it is
+        // only a reference.
         let flat = tangential.extend((1.0 - tangential.length_squared()).max(0.01).sqrt());
         let receiver = *bench.receiver();
         let along = |v: DVec3| DVec2::new(receiver.axes().x_axis.dot(v), receiver.axes().y_axis.dot(v));
@@ -62,7 +68,8 @@ impl OpticalPath {
         self.receiver.distance_mm()
     }
 
-    /// A direction with the given parts along the receiver and across it, in the frame of the bench.
+    /// A direction with the given parts along the receiver and across it, in the frame of the
+    /// bench.
     #[inline(always)]
     fn direction(&self, s: DVec2, c: f64) -> DVec3 {
         let axes = self.receiver.axes();
@@ -83,7 +90,8 @@ impl OpticalPath {
         DVec2::new(axes.x_axis.z, axes.y_axis.z)
     }
 
-    /// The gradient of `u` for which the light arrives at `y` along the unit vector `direction` of the bench.
+    /// The gradient of `u` for which the light arrives at `y` along the unit vector `direction` of
+    /// the bench.
     pub(super) fn slope_for(&self, y: DVec2, direction: DVec3) -> DVec2 {
         let flat = match &self.point {
             None => self.flat_tangential,
@@ -105,7 +113,8 @@ impl OpticalPath {
         let q = arrived.tangential.dot(s) + arrived.axial * c - 1.0;
         // N . Y - b: what the two references have in common cancels.
         let p = (arrived.tangential - self.flat_tangential).dot(y) + self.kappa * (self.receiver.distance_mm() - u);
-        // Both have the sign of kappa on a real ray; q = 0 is grazing exit, the limit of total reflection.
+        // Both have the sign of kappa on a real ray; q = 0 is grazing exit, the limit of total
+        // reflection.
         (c2 > 1e-6 && q * self.kappa > 1e-9 && p * self.kappa > 0.0).then(|| Ray {
             s,
             c,
@@ -116,8 +125,8 @@ impl OpticalPath {
         })
     }
 
-    /// The direction of the ray from the point `x` of a flat face at the mean plane to `y`; none if no face of this kind can send
-    /// it there.
+    /// The direction of the ray from the point `x` of a flat face at the mean plane to `y`; none if
+    /// no face of this kind can send it there.
     pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec3> {
         let direction = (self.receiver.point(y) - x.extend(0.0)).normalize();
         let incident = match &self.point {
@@ -168,7 +177,8 @@ impl OpticalPath {
         DMat2::from_cols(axes.x_axis.truncate(), axes.y_axis.truncate()) * along + outer(axes.z_axis.truncate(), across)
     }
 
-    /// Up to a factor, the area of the lens that lights an area of the receiver on which this much light is wanted.
+    /// Up to a factor, the area of the lens that lights an area of the receiver on which this much
+    /// light is wanted.
     #[inline(always)]
     pub(super) fn lens_area(&self, ray: &Ray, jet: &Jet, light: f64) -> f64 {
         match ray.point {
@@ -194,11 +204,13 @@ impl OpticalPath {
         self.dq_ds(ray) * (-ray.length / ray.q)
     }
 
-    /// The jacobian matrix of the footprint with respect to `y`: of the point where the light that is refracted towards `y`
-    /// crosses the plane `z = 0` undisturbed, which is what measures flux. For light along the axis it is the lens point's.
+    /// The jacobian matrix of the footprint with respect to `y`: of the point where the light that
+    /// is refracted towards `y` crosses the plane `z = 0` undisturbed, which is what measures flux.
+    /// For light along the axis it is the lens point's.
     ///
-    /// The crossing of a plane along the receiver is `y - tilt D - l e` with `e = s - tilt c`, so that its jacobian is
-    /// `A' = I - e (x) dl/dy - l kappa E H`, `E = de/ds`, and that of the footprint `M A'`.
+    /// The crossing of a plane along the receiver is `y - tilt D - l e` with `e = s - tilt c`, so
+    /// that its jacobian is `A' = I - e (x) dl/dy - l kappa E H`, `E = de/ds`, and that of the
+    /// footprint `M A'`.
     #[inline(always)]
     pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
         let crossing = self.of_block(ray, self.crossing_jacobian(ray, jet));
@@ -240,7 +252,8 @@ impl OpticalPath {
         }
     }
 
-    /// The same for `sum_ij w_ij A'_ij` with the `A'` of parallel light along the local `N`, as if that stayed.
+    /// The same for `sum_ij w_ij A'_ij` with the `A'` of parallel light along the local `N`, as if
+    /// that stayed.
     #[inline(always)]
     fn crossing_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
         let Ray { s, c, length, q, arrived: Arrived { tangential: n, axial, tilt, .. }, .. } = *ray;
@@ -275,7 +288,8 @@ impl OpticalPath {
         ]
     }
 
-    /// Derivatives of the lens point's component along the unit vector `along` with respect to `u, u_x, u_y`.
+    /// Derivatives of the lens point's component along the unit vector `along` with respect to `u,
+    /// u_x, u_y`.
     pub(super) fn lens_point_variation(&self, ray: &Ray, along: DVec2) -> [f64; 3] {
         let axes = self.receiver.axes();
         let row = DVec2::new(axes.x_axis.truncate().dot(along), axes.y_axis.truncate().dot(along));
@@ -285,10 +299,11 @@ impl OpticalPath {
         [part * self.kappa / ray.q, self.kappa * of_slope.x, self.kappa * of_slope.y]
     }
 
-    /// The height over `x` of the face that sends all of its light to `y` with this path: the Cartesian oval through `x`.
+    /// The height over `x` of the face that sends all of its light to `y` with this path: the
+    /// Cartesian oval through `x`.
     ///
-    /// From `(q' - N_z h)^2 = |x - Y_t|^2 + (Y_z - h)^2` with `q' = b - N_t . x`, solved without cancellation. Not finite where
-    /// the oval does not reach over `x`.
+    /// From `(q' - N_z h)^2 = |x - Y_t|^2 + (Y_z - h)^2` with `q' = b - N_t . x`, solved without
+    /// cancellation. Not finite where the oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
         if let Some(point) = &self.point {
@@ -296,7 +311,8 @@ impl OpticalPath {
         }
         let to = self.receiver.point(y);
         let from_here = to.truncate() - x;
-        // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 = flat_z Y_z.
+        // Differences from the flat face's path keep the digits: q' = q0 + (q' - q0) with q0 =
+        // flat_z Y_z.
         let q0 = self.flat.z * to.z;
         let rest = self.incident.truncate().dot(from_here) + self.kappa * u;
         let path = q0 + rest;
@@ -307,8 +323,9 @@ impl OpticalPath {
         constant / (half + half.signum() * root)
     }
 
-    /// The gradient with respect to `y` of the height of the oval over `x`, for an `x` that is near the point where the `ray` to `y`
-    /// leaves: that of `W(X) + |Y - X| - b(y) = 0`, with `grad W` taken at that point.
+    /// The gradient with respect to `y` of the height of the oval over `x`, for an `x` that is near
+    /// the point where the `ray` to `y` leaves: that of `W(X) + |Y - X| - b(y) = 0`, with `grad W`
+    /// taken at that point.
     #[inline(always)]
     pub(super) fn oval_gradient(&self, x: DVec2, y: DVec2, height_mm: f64, ray: &Ray) -> DVec2 {
         let direction = (self.receiver.point(y) - x.extend(height_mm)).normalize();
@@ -316,8 +333,8 @@ impl OpticalPath {
         (self.along(direction) - ray.s) / (direction.z - incident.z)
     }
 
-    /// Of two ovals over one point, whether the face is formed by the first: the higher one of glass, the lower one of a
-    /// mirror.
+    /// Of two ovals over one point, whether the face is formed by the first: the higher one of
+    /// glass, the lower one of a mirror.
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
         if self.kappa > 0.0 { height > other } else { height < other }

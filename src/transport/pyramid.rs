@@ -20,7 +20,8 @@ use crate::{
 
 /// Coarsest receiver grid, cells along its shorter side.
 const COARSEST: usize = 12;
-/// Residual, root mean square, at which the finest level is solved if the closed loop goes on from there: that is told what was solved.
+/// Residual, root mean square, at which the finest level is solved if the closed loop goes on from
+/// there: that is told what was solved.
 const GOES_ON_RMS: f64 = 5e-3;
 /// Most Newton steps on a level.
 const STEPS: usize = 30;

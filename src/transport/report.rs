@@ -1,4 +1,5 @@
-//! What the user should know of a solution: what it reached, where it is weakest, and what would help.
+//! What the user should know of a solution: what it reached, where it is weakest, and what would
+//! help.
 
 use crate::{
     bench::Bench,
@@ -31,7 +32,8 @@ pub(super) struct Softening {
     pub(super) violations: usize,
 }
 
-/// Adds warnings to the summary of a finished run. `unsoftened` is the least error of a face before softening.
+/// Adds warnings to the summary of a finished run. `unsoftened` is the least error of a face before
+/// softening.
 pub(super) fn describe(
     seen: &Caustic,
     wanted: &Field<f64>,
@@ -42,7 +44,8 @@ pub(super) fn describe(
     summary: &mut Summary,
 ) {
     let mut warnings = Vec::new();
-    // Coarse levels are only a start, and rounds of the closed loop that went wrong were taken back.
+    // Coarse levels are only a start, and rounds of the closed loop that went wrong were taken
+    // back.
     let finest = summary.levels.iter().rposition(|level| level.stage == super::level::STAGE);
     let last = summary.levels.len().checked_sub(1).filter(|_| flaws.unconverged);
     for level in [finest, last].into_iter().flatten().map(|k| &summary.levels[k]) {

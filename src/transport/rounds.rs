@@ -1,4 +1,5 @@
-//! The closed loop: look at the light of the true surface, and ask for less where there is too much (Richardson and Lucy).
+//! The closed loop: look at the light of the true surface, and ask for less where there is too much
+//! (Richardson and Lucy).
 
 use super::{
     TransportOptions,
@@ -25,8 +26,8 @@ use crate::{
 
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.01;
-/// A round is solved when its residual is no more than this share of the error that was seen: the next round is told what was solved,
-/// if there is one.
+/// A round is solved when its residual is no more than this share of the error that was seen: the
+/// next round is told what was solved, if there is one.
 const RESIDUAL_SHARE: f64 = 0.2;
 const LAST_RESIDUAL_SHARE: f64 = 0.12;
 /// Newton steps of a round; the start is close.
@@ -34,7 +35,8 @@ const STEPS: usize = 12;
 
 /// A first error beyond which the loop starts with the gentle stage.
 const HARD: f64 = 0.1;
-/// Light in folds, as a share of all, that a picture does not need: more is that of creases, which a picture with black has.
+/// Light in folds, as a share of all, that a picture does not need: more is that of creases, which
+/// a picture with black has.
 const NEEDLESS: f64 = 1e-3;
 const NEEDLESS_WITH_BLACK: f64 = 5e-5;
 /// Black: less than this share of the mean light.
@@ -95,7 +97,8 @@ impl Best {
     }
 }
 
-/// Carries the solution to the lens and improves it in a closed loop; the best surface met is returned, with its light.
+/// Carries the solution to the lens and improves it in a closed loop; the best surface met is
+/// returned, with its light.
 ///
 /// # Errors
 /// Where the face would reach the receiver, and a solve that was cancelled.
@@ -135,7 +138,8 @@ pub(super) fn close(
             }
             return Err(SolveError::ReachesReceiver { height_mm: highest, distance_mm: bench.distance_mm() });
         }
-        // What is cut is sharper than what shines; the loop makes up for the waves that are given up.
+        // What is cut is sharper than what shines; the loop makes up for the waves that are given
+        // up.
         let surface = match options.finish {
             Some(polish) => polish.presharpened(&surface),
             None => surface,
@@ -177,7 +181,8 @@ pub(super) fn close(
             }
         };
         if round == 0 && error > HARD {
-            // White on black: creases are what the lens cannot hold, and firm corrections only fold them.
+            // White on black: creases are what the lens cannot hold, and firm corrections only fold
+            // them.
             stage = GENTLE;
             rounds = options.hard_rounds();
         }
@@ -232,7 +237,8 @@ pub(super) fn close(
 enum Beams {
     /// Three beams per cell of the picture along each axis.
     Rough,
-    /// So many per lens cell, and at least three per cell of the picture, however few nodes there are.
+    /// So many per lens cell, and at least three per cell of the picture, however few nodes there
+    /// are.
     PerNode(usize),
 }
 

@@ -1,7 +1,9 @@
-//! The manufacturable face: no beam folded over, and no curvature that a tool of the wanted radius cannot follow.
+//! The manufacturable face: no beam folded over, and no curvature that a tool of the wanted radius
+//! cannot follow.
 //!
-//! Nodes that break either rule, and to a lesser degree their surroundings, diffuse until none does. Elsewhere the face stays as it is, so that the
-//! closed loop can make up for what the softened creases take from their surroundings.
+//! Nodes that break either rule, and to a lesser degree their surroundings, diffuse until none
+//! does. Elsewhere the face stays as it is, so that the closed loop can make up for what the
+//! softened creases take from their surroundings.
 
 use crate::{
     bench::Bench,
@@ -25,8 +27,8 @@ pub(super) struct Softened {
     pub(super) violations: usize,
 }
 
-/// Softens a face until every radius of curvature at its nodes is at least `radius_mm` and none of the beams between half-node
-/// steps is folded.
+/// Softens a face until every radius of curvature at its nodes is at least `radius_mm` and none of
+/// the beams between half-node steps is folded.
 pub(super) fn soften(mut surface: HeightField, bench: &Bench, radius_mm: f64) -> Softened {
     for _ in 0..PASSES {
         let mask = violations(&surface, bench, radius_mm);
@@ -84,8 +86,8 @@ fn violations(surface: &HeightField, bench: &Bench, radius_mm: f64) -> Field<boo
     Field::from_vec(nx, ny, mask)
 }
 
-/// How fast every node diffuses: fully within reach of a marked one, and less and less further away, since a sharp border of
-/// the softened part would be a new crease.
+/// How fast every node diffuses: fully within reach of a marked one, and less and less further
+/// away, since a sharp border of the softened part would be a new crease.
 fn rates(mask: &Field<bool>) -> Field<f64> {
     let (nx, ny) = (mask.nx(), mask.ny());
     let mut rates = mask.map(|&broken| if broken { 1.0 } else { 0.0 });

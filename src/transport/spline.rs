@@ -1,4 +1,5 @@
-//! The unknown as a bicubic B-spline on the receiver: coefficients on its nodes and one ring of ghosts around them.
+//! The unknown as a bicubic B-spline on the receiver: coefficients on its nodes and one ring of
+//! ghosts around them.
 
 use super::path::Jet;
 use crate::{bench::Bench, grid::Field};
@@ -41,8 +42,8 @@ impl ReceiverGrid {
     }
 }
 
-/// Derivatives of the unknown along the outward axis on the four borders of the window, at the border's nodes: `u_x` on the
-/// left and right, `u_y` on the lower and upper one.
+/// Derivatives of the unknown along the outward axis on the four borders of the window, at the
+/// border's nodes: `u_x` on the left and right, `u_y` on the lower and upper one.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct BorderSlopes {
     pub(super) left: Vec<f64>,
@@ -71,8 +72,8 @@ impl BorderSlopes {
         self.sides().iter().all(|side| side.iter().all(|&v| v == 0.0))
     }
 
-    /// `u_xy` in the corners (left lower, right lower, left upper, right upper), where two borders meet: the mean of what
-    /// their slopes say.
+    /// `u_xy` in the corners (left lower, right lower, left upper, right upper), where two borders
+    /// meet: the mean of what their slopes say.
     fn twists(&self, spacing: DVec2) -> [f64; 4] {
         let begin = |v: &[f64], h: f64| (4.0 * v[1] - 3.0 * v[0] - v[2]) / (2.0 * h);
         let end = |v: &[f64], h: f64| {
@@ -88,8 +89,8 @@ impl BorderSlopes {
     }
 }
 
-/// The unknown `u(y)`. Coefficient `(i + 1, j + 1)` belongs to node `(i, j)`; the outermost ring are ghosts, which carry the
-/// border slopes.
+/// The unknown `u(y)`. Coefficient `(i + 1, j + 1)` belongs to node `(i, j)`; the outermost ring
+/// are ghosts, which carry the border slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PathSpline {
     pub(super) grid: ReceiverGrid,
@@ -136,7 +137,8 @@ impl PathSpline {
         Self { grid, coefficients: Field::from_vec(nx + 2, ny + 2, data) }
     }
 
-    /// The same function on another grid of the same window (exactly, if that one divides this one's cells).
+    /// The same function on another grid of the same window (exactly, if that one divides this
+    /// one's cells).
     pub(super) fn on(&self, grid: ReceiverGrid) -> (Self, BorderSlopes) {
         let (nx, ny) = grid.nodes();
         let scale =
@@ -205,9 +207,10 @@ impl PathSpline {
         }
     }
 
-    /// Value and derivatives at a position in units of nodes that may lie beyond the window: there parabolas go on from the places of the
-    /// window that are nearest to it and to its surroundings, which are as wide as it is far (Whitney's extension), so that detail of the border
-    /// fades.
+    /// Value and derivatives at a position in units of nodes that may lie beyond the window: there
+    /// parabolas go on from the places of the window that are nearest to it and to its
+    /// surroundings, which are as wide as it is far (Whitney's extension), so that detail of the
+    /// border fades.
     pub(super) fn jet_beyond(&self, position: DVec2) -> Jet {
         let most = DVec2::new(self.grid.cells.0 as f64, self.grid.cells.1 as f64);
         let within = |position: DVec2| position.clamp(DVec2::ZERO, most);
@@ -293,7 +296,8 @@ fn along_x([a, b, c]: [[f64; 3]; 3], h: f64) -> Jet {
     }
 }
 
-/// The first of four coefficients that matter at a position, and their weights for value, slope and curvature.
+/// The first of four coefficients that matter at a position, and their weights for value, slope and
+/// curvature.
 #[inline(always)]
 fn weights(position: f64, cells: usize) -> (usize, [[f64; 4]; 3]) {
     let position = position.clamp(0.0, cells as f64);
@@ -310,11 +314,12 @@ fn weights(position: f64, cells: usize) -> (usize, [[f64; 4]; 3]) {
     (cell, [value, slope, [s, 3.0 * t - 2.0, 3.0 * s - 2.0, t]])
 }
 
-/// Replaces values in `c[1..=n]` by the coefficients `c[0..n + 2]` of the cubic spline through them with these end slopes.
+/// Replaces values in `c[1..=n]` by the coefficients `c[0..n + 2]` of the cubic spline through them
+/// with these end slopes.
 pub(super) fn clamped(c: &mut [f64], h: f64, begin: f64, end: f64) {
     let n = c.len() - 2;
-    // (c[i-1] + 4 c[i] + c[i+1]) / 6 = v[i], c[-1] = c[1] - 2 h begin, c[n] = c[n-2] + 2 h end; the pivots converge to
-    // 2 - sqrt 3 so quickly that storing them does not pay.
+    // (c[i-1] + 4 c[i] + c[i+1]) / 6 = v[i], c[-1] = c[1] - 2 h begin, c[n] = c[n-2] + 2 h end; the
+    // pivots converge to 2 - sqrt 3 so quickly that storing them does not pay.
     let mut pivots = [0.0; PIVOTS];
     c[1] = 1.5 * c[1] + 0.5 * h * begin;
     let mut pivot = 0.5;

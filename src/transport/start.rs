@@ -58,7 +58,8 @@ pub(super) fn explain(error: SolveError, bench: &Bench) -> SolveError {
     }
 }
 
-/// Refuses a face that cuts through the entry face of its block, or rises past the lamp in front of its mirror.
+/// Refuses a face that cuts through the entry face of its block, or rises past the lamp in front of
+/// its mirror.
 ///
 /// # Errors
 /// Such a face. Parallel light reaches any.
@@ -75,8 +76,8 @@ pub(super) fn check_light_reaches(surface: &HeightField, bench: &Bench) -> Resul
 /// Steps from a rectangle to the outline of the lens.
 const ROUNDINGS: usize = 8;
 
-/// Takes a state that fits a rectangle to the outline of the lens, on the coarsest grid: the corners grow step by step. What a
-/// step lacks is left to the next.
+/// Takes a state that fits a rectangle to the outline of the lens, on the coarsest grid: the
+/// corners grow step by step. What a step lacks is left to the next.
 ///
 /// # Errors
 /// A solve that was cancelled.
@@ -106,7 +107,8 @@ pub(super) fn round_corners(
     Ok(())
 }
 
-/// A state whose map is close to the plain one of window to the extent of the block: exact along both axes through the centre of the window.
+/// A state whose map is close to the plain one of window to the extent of the block: exact along
+/// both axes through the centre of the window.
 pub(super) fn plain(bench: &Bench, grid: ReceiverGrid) -> State {
     let path = OpticalPath::new(bench);
     let (nx, ny) = grid.nodes();

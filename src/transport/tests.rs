@@ -52,8 +52,8 @@ fn lit(bench: Bench, position_mm: DVec3) -> Bench {
     bench.with_point_source(position_mm, 30.0, Intensity::Isotropic).unwrap()
 }
 
-/// A point source over the axis, and the window onto which a flat face maps the lens: a mirror does, and glass without
-/// thickness.
+/// A point source over the axis, and the window onto which a flat face maps the lens: a mirror
+/// does, and glass without thickness.
 fn projected(bench: Bench) -> Bench {
     let (far, thickness) = (70.0, Bench::THICKNESS_LIMITS_MM.0);
     let z = if bench.exit_face() == GLASS { -far - thickness } else { far };
@@ -63,8 +63,8 @@ fn projected(bench: Bench) -> Bench {
     bench.with_point_source(DVec3::new(0.0, 0.0, z), thickness, Intensity::Isotropic).unwrap()
 }
 
-/// An unknown without slope on the border, and so a map of the window onto an equal lens. In the light of a point source,
-/// one that is 0 there, so that the border is mapped as by a flat face.
+/// An unknown without slope on the border, and so a map of the window onto an equal lens. In the
+/// light of a point source, one that is 0 there, so that the border is mapped as by a flat face.
 fn manufactured(bench: &Bench, y: DVec2) -> Jet {
     if let Light::Point { .. } = bench.light() {
         let k = TAU / bench.window().as_vec();
@@ -205,8 +205,9 @@ fn the_residual_follows_its_linearisation_through_the_border() {
             difference += (slope - f64::from(out[k])).powi(2);
             size += slope * slope;
         }
-        // The border's variation ignores that the ghosts it sets move the value at the border: an error of second order in
-        // the spacing where the border carries a slope. The difference itself is good to 1e-4 in single precision.
+        // The border's variation ignores that the ghosts it sets move the value at the border: an
+        // error of second order in the spacing where the border carries a slope. The difference
+        // itself is good to 1e-4 in single precision.
         at_worst(1.94e-5, difference.sqrt() / size.sqrt(), "difference");
     }
 }
@@ -326,7 +327,8 @@ fn blocks_of_any_outline_draw_the_whole_picture() {
     let of = |bench: &Bench, outline| bench.clone().with_outline(outline).unwrap();
     let rounded = |radius_mm| Outline::Rounded { radius_mm };
     let mirror = bench(50.0, 40.0, 120.0, ExitFace::Reflects);
-    // What the four corners of the window cost, which a smooth outline has not, is a matter of nodes: see docs/transport.md.
+    // What the four corners of the window cost, which a smooth outline has not, is a matter of
+    // nodes: see docs/transport.md.
     let benches = [
         ("ellipse", of(&glass, Outline::Circle), 0.0107),
         ("rounded", of(&glass, rounded(8.0)), 0.0081),

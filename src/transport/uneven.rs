@@ -1,6 +1,7 @@
-//! Light that is spread unevenly over the block. Where a ray gets `w` times the flux, the face must spread it over `w` times the
-//! area: the equation is that of even light which shall draw `f / w`, `w` taken where the ray of every node leaves the block. The
-//! rays follow from the solution, so that the two are found in turns.
+//! Light that is spread unevenly over the block. Where a ray gets `w` times the flux, the face must
+//! spread it over `w` times the area: the equation is that of even light which shall draw `f / w`,
+//! `w` taken where the ray of every node leaves the block. The rays follow from the solution, so
+//! that the two are found in turns.
 
 use super::{
     equation::{Equation, State},

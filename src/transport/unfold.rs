@@ -1,10 +1,12 @@
-//! Takes folds out of a face: where light at a few places is folded over although the picture does not need it, the spline is bent such that
-//! those beams turn over again while all light stays as near to where it landed as it can.
+//! Takes folds out of a face: where light at a few places is folded over although the picture does
+//! not need it, the spline is bent such that those beams turn over again while all light stays as
+//! near to where it landed as it can.
 //!
-//! A triangle of light is folded if its area on the receiver is negative. Around the folds the sum of two squares is minimised over
-//! the spline's coefficients: how far the light of every node has moved, and what folded triangles lack of a small positive area, which
-//! weighs more and more until none is folded (penalty method; Gauss and Newton's steps by conjugate gradients, halved while they do
-//! harm). What matters is the distance: within a pixel light may be spread as it likes.
+//! A triangle of light is folded if its area on the receiver is negative. Around the folds the sum
+//! of two squares is minimised over the spline's coefficients: how far the light of every node has
+//! moved, and what folded triangles lack of a small positive area, which weighs more and more until
+//! none is folded (penalty method; Gauss and Newton's steps by conjugate gradients, halved while
+//! they do harm). What matters is the distance: within a pixel light may be spread as it likes.
 
 use crate::{
     bench::Bench,
@@ -17,11 +19,14 @@ use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Area that a folded triangle is given, as a share of what it would have if light were spread evenly.
+/// Area that a folded triangle is given, as a share of what it would have if light were spread
+/// evenly.
 const OPENED: f64 = 0.05;
-/// Triangles below this share count as folded, so that no fold is between the beams that were looked at.
+/// Triangles below this share count as folded, so that no fold is between the beams that were
+/// looked at.
 const LEAST: f64 = 0.004;
-/// How much the areas weigh at first, the factor by which they then weigh more, and the steps after which they do.
+/// How much the areas weigh at first, the factor by which they then weigh more, and the steps after
+/// which they do.
 const WEIGHT: f64 = 0.05;
 const GROWTH: f64 = 3.0;
 const STEPS_EACH: usize = 3;
@@ -29,7 +34,8 @@ const STEPS_EACH: usize = 3;
 const STEPS: usize = 42;
 const PRODUCTS: usize = 60;
 const LEAST_STEP: f64 = 0.01;
-/// How far from a fold coefficients may change, in nodes, and how far around the light then depends on them.
+/// How far from a fold coefficients may change, in nodes, and how far around the light then depends
+/// on them.
 const FREE: usize = 4;
 const REACH: usize = 3;
 /// How much farther light from beyond the outline may move.
@@ -73,7 +79,8 @@ struct Patch<'a> {
     spline: SurfaceSpline,
     /// Places of the coefficients that may change, and their numbers among the unknowns.
     free: BTreeMap<usize, usize>,
-    /// Triangles of light: where they leave the block, mm, and twice their area on the receiver if light were spread evenly, mm^2.
+    /// Triangles of light: where they leave the block, mm, and twice their area on the receiver if
+    /// light were spread evenly, mm^2.
     triangles: Vec<([DVec2; 3], f64)>,
     nodes: Vec<Node>,
 }
@@ -83,8 +90,8 @@ struct Node {
     /// Its place on the block, mm, and where its light landed at first, mm.
     at: DVec2,
     landing: DVec2,
-    /// How far from there it counts as much as a triangle without area, mm: the side of a node's area on the receiver, and more beyond the
-    /// outline.
+    /// How far from there it counts as much as a triangle without area, mm: the side of a node's
+    /// area on the receiver, and more beyond the outline.
     distance_mm: f64,
 }
 
@@ -157,7 +164,8 @@ impl<'a> Patch<'a> {
         land(&self.light.at(from), self.bench, from, slope)
     }
 
-    /// What a triangle lacks of the wanted area, and whether it counts as folded. Nothing where light is reflected.
+    /// What a triangle lacks of the wanted area, and whether it counts as folded. Nothing where
+    /// light is reflected.
     fn lack(&self, spline: &SurfaceSpline, &(corners, even): &([DVec2; 3], f64)) -> (f64, bool) {
         let share = twice_area(corners.map(|at| self.landing(spline, at))) / even;
         if share < OPENED { (OPENED - share, share < LEAST) } else { (0.0, false) }

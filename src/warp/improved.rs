@@ -21,17 +21,19 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WarpingOptions {
-    /// Iterations at most on levels of up to 80 quads along the longer side, where they cost milliseconds; default 500.
+    /// Iterations at most on levels of up to 80 quads along the longer side, where they cost
+    /// milliseconds; default 500.
     pub coarse_iterations: usize,
-    /// Iterations at most on finer levels; `None`, the default, takes 45, and 200 where the darkest part of the target is below
-    /// a tenth of its mean.
+    /// Iterations at most on finer levels; `None`, the default, takes 45, and 200 where the darkest
+    /// part of the target is below a tenth of its mean.
     pub fine_iterations: Option<usize>,
-    /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one the surface is that of a
-    /// normal-mapped plane.
+    /// Passes that put the vertices at the height of the surface; default 2, 0 to 10. Without one
+    /// the surface is that of a normal-mapped plane.
     pub height_passes: usize,
     /// Iterations of each such pass; default 15.
     pub height_iterations: usize,
-    /// Rounds at most that correct the target by what the surface really draws; default 2, 0 to 5: the mesh suffers from more.
+    /// Rounds at most that correct the target by what the surface really draws; default 2, 0 to 5:
+    /// the mesh suffers from more.
     pub closed_loop_rounds: usize,
     /// Iterations of each such round; default 16.
     pub closed_loop_iterations: usize,
@@ -57,7 +59,8 @@ impl WarpingOptions {
         Self { coarse_iterations: coarse, fine_iterations: fine, ..self }
     }
 
-    /// The same with so many passes that put the vertices at the height of the surface, of so many iterations each.
+    /// The same with so many passes that put the vertices at the height of the surface, of so many
+    /// iterations each.
     #[must_use]
     pub fn with_height_passes(self, passes: usize, iterations: usize) -> Self {
         Self { height_passes: passes, height_iterations: iterations, ..self }
@@ -70,8 +73,9 @@ impl WarpingOptions {
     }
 }
 
-/// The paper's method with `lambda` in proportion to the squared cell size, quads aligned with the pixels of the target, a
-/// surface that is displaced as it will be milled, a smooth inverse of the warp, slopes of fourth order, and a closed loop.
+/// The paper's method with `lambda` in proportion to the squared cell size, quads aligned with the
+/// pixels of the target, a surface that is displaced as it will be milled, a smooth inverse of the
+/// warp, slopes of fourth order, and a closed loop.
 ///
 /// Light must come along the axis; the window may have any size and place.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,8 +111,9 @@ impl Warping {
     }
 }
 
-/// Quads of the finest mesh: one for each pixel, or a whole number of them when the height grid is at least twice as fine;
-/// as many as the height grid has intervals when it is much coarser than the picture.
+/// Quads of the finest mesh: one for each pixel, or a whole number of them when the height grid is
+/// at least twice as fine; as many as the height grid has intervals when it is much coarser than
+/// the picture.
 fn finest_quads(pixels: (usize, usize), nodes: (usize, usize)) -> (usize, usize) {
     let intervals = (nodes.0 - 1, nodes.1 - 1);
     let per_pixel = (4 * intervals.0 / (5 * pixels.0)).min(4 * intervals.1 / (5 * pixels.1)).max(1);
@@ -264,7 +269,8 @@ impl Drawn {
         Self { error: square.mean().sqrt(), flux }
     }
 
-    /// `solver_target * wanted / drawn`, on the quads of `solver_target`; unchanged where it is unknown what is drawn.
+    /// `solver_target * wanted / drawn`, on the quads of `solver_target`; unchanged where it is
+    /// unknown what is drawn.
     fn corrected(&self, solver_target: &Field<f64>, wanted: &Field<f64>) -> Field<f64> {
         let (mx, my) = (solver_target.nx(), solver_target.ny());
         let wanted = area_resample(wanted, mx, my);

@@ -8,8 +8,8 @@ use crate::{
 use glam::{DMat2, DVec2};
 use rayon::prelude::*;
 
-/// For every node of a regular grid on the block its place in the mesh, in quads from the lower left vertex, and how many
-/// nodes no triangle covered.
+/// For every node of a regular grid on the block its place in the mesh, in quads from the lower
+/// left vertex, and how many nodes no triangle covered.
 #[derive(Clone, Debug)]
 pub(crate) struct Places {
     pub(crate) quads: Field<DVec2>,
@@ -18,11 +18,12 @@ pub(crate) struct Places {
 
 /// Rows of nodes that one task fills.
 const BAND: usize = 16;
-/// Barycentric coordinates may fall below 0 by this much, so that rounding opens no gap between triangles.
+/// Barycentric coordinates may fall below 0 by this much, so that rounding opens no gap between
+/// triangles.
 const SLACK: f64 = 1e-9;
 
-/// Inverts the warp piecewise linearly: every quad ABCD is split into the triangles ABC and ACD, in which the place is the
-/// barycentric interpolation of those of the corners.
+/// Inverts the warp piecewise linearly: every quad ABCD is split into the triangles ABC and ACD, in
+/// which the place is the barycentric interpolation of those of the corners.
 ///
 /// Nodes that no upright triangle covers (at folds) take the place of their neighbour in the row.
 pub(crate) fn locate(mesh: &WarpMesh, block: Extent, nodes: (usize, usize)) -> Places {
@@ -74,7 +75,8 @@ pub(crate) fn locate(mesh: &WarpMesh, block: Extent, nodes: (usize, usize)) -> P
     Places { quads: Field::from_vec(nx, ny, data), missed: missed.iter().sum() }
 }
 
-/// Place of `p` in a quad as (s, t) from A; `None` outside of both triangles, or where they are inverted.
+/// Place of `p` in a quad as (s, t) from A; `None` outside of both triangles, or where they are
+/// inverted.
 fn place_in_quad(p: DVec2, [a, b, c, d]: [DVec2; 4]) -> Option<DVec2> {
     let barycentric = |q: DVec2, r: DVec2| {
         let area = (q - a).perp_dot(r - a);

@@ -1,4 +1,5 @@
-//! The two meshes of section 3: fixed vertices `x` on the receiver, moving vertices `u` on the specular plane.
+//! The two meshes of section 3: fixed vertices `x` on the receiver, moving vertices `u` on the
+//! specular plane.
 
 use super::LEAST_TARGET;
 use crate::{
@@ -194,8 +195,8 @@ impl ReceiverMesh {
     }
 }
 
-/// Numbers of quads from the coarsest level to `finest`: each level has half the quads of the next, rounded up, down to at
-/// most four along the shorter side.
+/// Numbers of quads from the coarsest level to `finest`: each level has half the quads of the next,
+/// rounded up, down to at most four along the shorter side.
 pub fn pyramid(finest: (usize, usize)) -> Vec<(usize, usize)> {
     let mut levels = vec![finest];
     let (mut mx, mut my) = finest;

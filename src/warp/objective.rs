@@ -1,15 +1,16 @@
 //! The objective (14) of the paper and its exact gradient.
 //!
-//! For a quad ABCD with the diagonals `e1 = u_C - u_A`, `e2 = u_B - u_D` and, from `s_P = n_P / n_Pz`, `t1 = s_B - s_D`,
-//! `t2 = s_C - s_A`:
+//! For a quad ABCD with the diagonals `e1 = u_C - u_A`, `e2 = u_B - u_D` and, from `s_P = n_P /
+//! n_Pz`, `t1 = s_B - s_D`, `t2 = s_C - s_A`:
 //!
 //! - `f = area / A_s - 1` with `area = (e1.y e2.x - e1.x e2.y) / 2` (section 3.1),
 //! - `g = (t1.e1 - t2.e2) / 2` (equation 9),
 //! - the objective is the sum of `w f^2 + g^2` with `w = lambda * mean A_d` (equation 14).
 //!
-//! The derivatives with respect to `e1, e2, t1, t2` are kept for two rows of quads; each vertex gathers from its four quads,
-//! and the chain rule through `s_P(u_P)` (equations 11 and 12, the latter corrected to `d|o|/du = -o/|o|`) follows once per
-//! vertex. Strips of a fixed number of rows run in parallel, so that nothing depends on the number of threads.
+//! The derivatives with respect to `e1, e2, t1, t2` are kept for two rows of quads; each vertex
+//! gathers from its four quads, and the chain rule through `s_P(u_P)` (equations 11 and 12, the
+//! latter corrected to `d|o|/du = -o/|o|`) follows once per vertex. Strips of a fixed number of
+//! rows run in parallel, so that nothing depends on the number of threads.
 
 use super::mesh::ReceiverMesh;
 use crate::{bench::Bench, grid::Field, optics::Interface, optim::Objective};
@@ -39,8 +40,8 @@ pub struct WarpObjective {
 }
 
 impl WarpObjective {
-    /// The objective for quads that shall get the flux of `cells` (mean 1, all above 0), with the area term weighted by
-    /// `area_weight_mm2`, the paper's `lambda * mean A_d`.
+    /// The objective for quads that shall get the flux of `cells` (mean 1, all above 0), with the
+    /// area term weighted by `area_weight_mm2`, the paper's `lambda * mean A_d`.
     ///
     /// The specular surface is the plane until [`set_depth`](Self::set_depth).
     pub fn new(bench: &Bench, cells: &Field<f64>, area_weight_mm2: f64) -> Self {
@@ -68,12 +69,13 @@ impl WarpObjective {
         }
     }
 
-    /// Weight of the area term at which both terms resist a small deformation alike: the quadratic form of (14) about the
-    /// regular mesh is then a Laplacian.
+    /// Weight of the area term at which both terms resist a small deformation alike: the quadratic
+    /// form of (14) about the regular mesh is then a Laplacian.
     ///
-    /// To first order a shift `d` of the vertices changes `f` by `div d` and `g` by `k A_s curl d`, where `k` is the
-    /// [gain of slopes](Interface::slope_gain), `c / D` with `c = eta / (1 - eta)` for glass in perpendicular light; hence
-    /// `w = (k A_s)^2`, or `lambda = (c / D)^2 h^2` on square cells of size `h`.
+    /// To first order a shift `d` of the vertices changes `f` by `div d` and `g` by `k A_s curl d`,
+    /// where `k` is the [gain of slopes](Interface::slope_gain), `c / D` with `c = eta / (1 - eta)`
+    /// for glass in perpendicular light; hence `w = (k A_s)^2`, or `lambda = (c / D)^2 h^2` on
+    /// square cells of size `h`.
     pub fn balanced_weight_mm2(bench: &Bench, quads: (usize, usize)) -> f64 {
         let area = bench.block().area_mm2() / (quads.0 * quads.1) as f64;
         let axis = bench.window_centre_mm().extend(bench.distance_mm());
@@ -133,8 +135,8 @@ struct VertexRow {
     inverse_nz: Vec<f64>,
 }
 
-/// Derivatives of the objective with respect to the diagonals and the differences of `s`, of a row of quads, with a zero on
-/// either side so that border vertices need no special case.
+/// Derivatives of the objective with respect to the diagonals and the differences of `s`, of a row
+/// of quads, with a zero on either side so that border vertices need no special case.
 #[derive(Clone, Debug)]
 struct QuadRow {
     e1: [Vec<f64>; 2],
@@ -215,7 +217,8 @@ impl WarpObjective {
         }
     }
 
-    /// Derivatives of row `j` of quads, between the vertex rows `lower` and `upper`; returns its part of the objective.
+    /// Derivatives of row `j` of quads, between the vertex rows `lower` and `upper`; returns its
+    /// part of the objective.
     fn quad_row(&self, out: &mut QuadRow, lower: &VertexRow, upper: &VertexRow, j: usize, u: &[f64]) -> f64 {
         let (nx, n) = (self.nx, self.nx * self.ny);
         let rows = |from: usize| (&u[from + j * nx..][..nx], &u[from + (j + 1) * nx..][..nx]);
@@ -376,7 +379,8 @@ mod tests {
 
     #[test]
     fn the_balanced_weight_makes_stretch_and_shear_cost_alike() {
-        // About the regular mesh on its own window, div and curl of the same size must cost the same.
+        // About the regular mesh on its own window, div and curl of the same size must cost the
+        // same.
         for (face, c) in [(ExitFace::Refracts { ior: 1.5 }, 2.0), (ExitFace::Reflects, 0.5)] {
             let bench = Bench::new(Extent::new(8.0, 8.0), 500.0, face).unwrap();
             let quads = (16, 16);

@@ -39,7 +39,8 @@ fn mesh(map: impl Fn(DVec2) -> DVec2) -> Arc<CausticMesh> {
     Arc::new(CausticMesh::new(Field::from_fn(nx, ny, |i, j| map(DVec2::new(at(i, nx), at(j, ny))))).unwrap())
 }
 
-/// Relative RMS error against the picture on the mesh, without the pixels on its brim, which is a matter of how they are cut.
+/// Relative RMS error against the picture on the mesh, without the pixels on its brim, which is a
+/// matter of how they are cut.
 fn error(surface: &HeightField, mesh: &CausticMesh, bench: &Bench, geometry: Geometry) -> f64 {
     let covered = |light: &TargetIrradiance| mesh.covered(light, bench).unwrap().cells().clone();
     let wanted = covered(&target());

@@ -15,8 +15,9 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct WarpingPaperOptions {
-    /// The weight `lambda` of the area term in (14), which the paper does not state; `None`, the default, takes the one that
-    /// is [balanced](super::WarpObjective::balanced_weight_mm2) on the finest level. At least 1e-12, at most 1e6.
+    /// The weight `lambda` of the area term in (14), which the paper does not state; `None`, the
+    /// default, takes the one that is [balanced](super::WarpObjective::balanced_weight_mm2) on the
+    /// finest level. At least 1e-12, at most 1e6.
     pub lambda: Option<f64>,
     /// Iterations at most on each level; default 200, as in the paper's figure 11; 1 to 100 000.
     pub iterations_per_level: usize,
@@ -42,12 +43,12 @@ impl WarpingPaperOptions {
     }
 }
 
-/// Sections 2 and 3 of the paper with the corrections listed in [`warp`](super): one constant `lambda`, a normal-mapped
-/// plane, quads of the mesh as many as intervals between height nodes, outgoing directions interpolated barycentrically, slopes
-/// averaged over two nodes.
+/// Sections 2 and 3 of the paper with the corrections listed in [`warp`](super): one constant
+/// `lambda`, a normal-mapped plane, quads of the mesh as many as intervals between height nodes,
+/// outgoing directions interpolated barycentrically, slopes averaged over two nodes.
 ///
-/// Takes every bench. The surface is right for a plane at the mean height, which costs accuracy in proportion to its relief
-/// over the distance.
+/// Takes every bench. The surface is right for a plane at the mean height, which costs accuracy in
+/// proportion to its relief over the distance.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WarpingPaper {
     options: WarpingPaperOptions,

@@ -1,10 +1,11 @@
-//! What the surface really draws, measured without noise: the border of every pixel, or of every quad of a mesh that is given,
-//! is followed back through the displaced surface to the block, where the area that it encloses is the flux it gets (equations
-//! 1 to 3 of the paper).
+//! What the surface really draws, measured without noise: the border of every pixel, or of every
+//! quad of a mesh that is given, is followed back through the displaced surface to the block, where
+//! the area that it encloses is the flux it gets (equations 1 to 3 of the paper).
 //!
-//! The splat of [`forward`](crate::forward) answers for any surface, folded ones included, and needs many beams for each
-//! pixel before its own noise is below the error that is left to correct. A warp is known to be nearly right and nearly
-//! one-to-one, so that Newton's method on its own vertices is both exact and some twenty times cheaper.
+//! The splat of [`forward`](crate::forward) answers for any surface, folded ones included, and
+//! needs many beams for each pixel before its own noise is below the error that is left to correct.
+//! A warp is known to be nearly right and nearly one-to-one, so that Newton's method on its own
+//! vertices is both exact and some twenty times cheaper.
 
 use super::mesh::{ReceiverMesh, WarpMesh};
 use crate::{
@@ -21,8 +22,9 @@ const NEWTON_STEPS: usize = 8;
 /// A point is found when it lands this near to where it should, in pixels.
 const TOLERANCE: f64 = 1e-4;
 
-/// Flux through `cells` equal parts of the mesh on the receiver, mean 1 if all of the block's light arrives (of a window: its
-/// irradiance); not a number where the border of a cell could not be followed (at folds).
+/// Flux through `cells` equal parts of the mesh on the receiver, mean 1 if all of the block's light
+/// arrives (of a window: its irradiance); not a number where the border of a cell could not be
+/// followed (at folds).
 pub(crate) fn flux(
     spline: &SurfaceSpline,
     (mesh, receiver): (&WarpMesh, &ReceiverMesh),
@@ -55,15 +57,16 @@ pub(crate) fn flux(
                 .map(|(di, dj)| points[(2 * i + di, 2 * j + dj)]);
             let octagon = 0.5 * (0..8).map(|k| ring[k].perp_dot(ring[(k + 1) % 8])).sum::<f64>();
             let quad = 0.5 * (ring[4] - ring[0]).perp_dot(ring[6] - ring[2]);
-            // The error of a chord is proportional to its length cubed, so that two halves have a quarter of it.
+            // The error of a chord is proportional to its length cubed, so that two halves have a
+            // quarter of it.
             *flux = (4.0 * octagon - quad) / (3.0 * even);
         }
     });
     Field::from_vec(mx, my, flux)
 }
 
-/// The point of the block whose light lands on `wanted`, turned over if `sense` is negative, or the nearest one on the border
-/// of the block.
+/// The point of the block whose light lands on `wanted`, turned over if `sense` is negative, or the
+/// nearest one on the border of the block.
 fn origin_of(
     (wanted, sense): (DVec2, f64),
     begin: DVec2,
@@ -127,7 +130,8 @@ mod tests {
     #[test]
     fn it_agrees_with_beams_cast_through_the_same_surface() {
         let shape = |p: DVec2| 0.4 * (0.11 * p.x).cos() * (0.13 * p.y).cos() + 2e-3 * p.length_squared();
-        // A mirror turns light the other way than glass, by (c = 1/2) / (c = 2) of the slope: both spread it beyond the window.
+        // A mirror turns light the other way than glass, by (c = 1/2) / (c = 2) of the slope: both
+        // spread it beyond the window.
         for (face, sign, distance) in [(ExitFace::Refracts { ior: 1.5 }, 1.0, 150.0), (ExitFace::Reflects, -1.0, 38.0)]
         {
             let heights = Field::from_fn(121, 81, |i, j| sign * shape(BLOCK.node(i, j, 121, 81)));

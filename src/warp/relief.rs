@@ -1,5 +1,5 @@
-//! Heights that belong to a warp: on the mesh, to tell the next pass how far each vertex is from the receiver, and on the
-//! regular grid of the block, as the result.
+//! Heights that belong to a warp: on the mesh, to tell the next pass how far each vertex is from
+//! the receiver, and on the regular grid of the block, as the result.
 
 use super::{
     NAME,
@@ -53,9 +53,11 @@ pub(crate) fn check_rays(
     first.map_or(Ok(()), |error| Err(refused(error)))
 }
 
-/// Heights of the vertices, mm, by least squares over the edges of the mesh, mean 0 over the area of the block.
+/// Heights of the vertices, mm, by least squares over the edges of the mesh, mean 0 over the area
+/// of the block.
 ///
-/// `start` holds heights to begin with. Slopes are those of rays that leave the vertex at its height.
+/// `start` holds heights to begin with. Slopes are those of rays that leave the vertex at its
+/// height.
 ///
 /// # Errors
 /// A surface that reaches the receiver.
@@ -106,7 +108,8 @@ fn check_rise(heights: &Field<f64>, bench: &Bench) -> Result<(), SolveError> {
     Ok(())
 }
 
-/// The surface whose nodes send their light to the given places of the receiver, for rays that leave the true surface.
+/// The surface whose nodes send their light to the given places of the receiver, for rays that
+/// leave the true surface.
 ///
 /// `heights` are those of the mesh's vertices, to start from.
 ///
@@ -148,8 +151,8 @@ pub(crate) fn displaced_surface(
     Ok(surface)
 }
 
-/// How far, root mean square over the nodes, the light of a surface lands from its places on the receiver mesh, mm: what of a
-/// mesh no height field can draw.
+/// How far, root mean square over the nodes, the light of a surface lands from its places on the
+/// receiver mesh, mm: what of a mesh no height field can draw.
 pub(crate) fn landing_error_mm(
     surface: &HeightField,
     places: &Places,
@@ -176,8 +179,8 @@ fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
     (1.0 - t) * row(j) + t * row(j + 1)
 }
 
-/// The surface of the paper: outgoing directions at the vertices, on the plane, interpolated barycentrically to the nodes,
-/// turned into slopes there.
+/// The surface of the paper: outgoing directions at the vertices, on the plane, interpolated
+/// barycentrically to the nodes, turned into slopes there.
 ///
 /// # Errors
 /// Light that cannot be bent that far.

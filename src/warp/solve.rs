@@ -17,8 +17,8 @@ use crate::{
 pub enum AreaWeight {
     /// The paper's constant `lambda`, free of units, the same on every level.
     Constant(f64),
-    /// A multiple of the [balanced weight](WarpObjective::balanced_weight_mm2), so that `lambda` scales with the square of
-    /// the cell size and every level is equally well conditioned.
+    /// A multiple of the [balanced weight](WarpObjective::balanced_weight_mm2), so that `lambda`
+    /// scales with the square of the cell size and every level is equally well conditioned.
     Balanced(f64),
 }
 
@@ -46,7 +46,8 @@ pub(crate) struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Solves from the coarsest level to the finest, whose quads are `cells`; `iterations` gives the limit for a level.
+    /// Solves from the coarsest level to the finest, whose quads are `cells`; `iterations` gives
+    /// the limit for a level.
     ///
     /// # Errors
     /// Light that cannot be bent as far as the coarse levels ask, or a breakdown of the numerics.

@@ -1,7 +1,7 @@
 //! A picture whose light is known by construction, and files of many kinds that hold it.
 //!
-//! The files are written here, byte by byte or by encoders that no reader of the project decodes with, and never read back: what is right is
-//! known from the numbers of the chart alone.
+//! The files are written here, byte by byte or by encoders that no reader of the project decodes
+//! with, and never read back: what is right is known from the numbers of the chart alone.
 
 // Every test binary uses its own part of this.
 #![allow(dead_code)]
@@ -38,7 +38,8 @@ pub(crate) struct Case {
     pub(crate) within: f64,
 }
 
-/// A pixel of the picture as it is stored for this orientation, by the tables of EXIF: where its row 0 and column 0 are.
+/// A pixel of the picture as it is stored for this orientation, by the tables of EXIF: where its
+/// row 0 and column 0 are.
 fn stored(orientation: u8, nx: usize, ny: usize, value: impl Fn(usize, usize) -> f64) -> (usize, usize, Vec<f64>) {
     let (columns, rows) = if orientation < 5 { (nx, ny) } else { (ny, nx) };
     let mut values = Vec::new();
@@ -140,7 +141,8 @@ fn grey_png(depth: u8, chunks: &[(&[u8; 4], Vec<u8>)], curve: impl Fn(f64) -> f6
     png((NX as u32, NY as u32), depth, 0, &rows, chunks)
 }
 
-/// A TIFF of one strip; `tags` are further ones of one number each, as type, count and value or place.
+/// A TIFF of one strip; `tags` are further ones of one number each, as type, count and value or
+/// place.
 pub(crate) fn tiff(
     (nx, ny): (u32, u32),
     [bits, samples, photometric]: [u16; 3],
@@ -269,7 +271,8 @@ fn encode(write: impl FnOnce(&mut Cursor<Vec<u8>>) -> image::ImageResult<()>) ->
     out.into_inner()
 }
 
-/// Every case: formats, depths, kinds of colour, profiles, and all orientations of the formats that have them.
+/// Every case: formats, depths, kinds of colour, profiles, and all orientations of the formats that
+/// have them.
 pub(crate) fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     // Half a step of sRGB is 0.0045 where it is steepest; a step of 65535 is nothing.
@@ -286,8 +289,8 @@ pub(crate) fn cases() -> Vec<Case> {
     let palette: Vec<u8> = (0..=255).flat_map(|v| [v; 3]).collect();
     let rows: Vec<Vec<u8>> = grey.chunks(NX).map(<[u8]>::to_vec).collect();
     add("png, palette", "png", png((nx, ny), 8, 3, &rows, &[(b"PLTE", palette)]), step);
-    // Light by alpha alone, on black: white, as much of it as there shall be light. Half a step is 0.002, also of the ground that
-    // makes most of the mean.
+    // Light by alpha alone, on black: white, as much of it as there shall be light. Half a step is
+    // 0.002, also of the ground that makes most of the mean.
     let veiled: Vec<Vec<u8>> = stored(1, NX, NY, light)
         .2
         .chunks(NX)
@@ -376,7 +379,8 @@ pub(crate) fn cases() -> Vec<Case> {
     let inks: Vec<u8> = grey.iter().flat_map(|v| [0, 0, 0, 255 - v]).collect();
     add("tiff, black ink of four", "tif", tiff((nx, ny), [8, 4, 5], &inks, &[]), step);
 
-    // White is 4 here, and nothing is on a curve; the brightest pixel, of the letter, is what counts.
+    // White is 4 here, and nothing is on a curve; the brightest pixel, of the letter, is what
+    // counts.
     let exr = |names: &[&str]| {
         use exr::prelude::{
             AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,

@@ -1,7 +1,9 @@
-//! Valid files, damaged at random in a reproducible way, and what a reader may do with them: refuse, or read in bounded memory.
+//! Valid files, damaged at random in a reproducible way, and what a reader may do with them:
+//! refuse, or read in bounded memory.
 //!
-//! Each target sees [`cases`] damaged files: some thousands by default, `GLASSWARP_FUZZ_CASES=1000000` for a long run. The
-//! same number always gives the same files; a failure names the case and keeps its file.
+//! Each target sees [`cases`] damaged files: some thousands by default,
+//! `GLASSWARP_FUZZ_CASES=1000000` for a long run. The same number always gives the same files; a
+//! failure names the case and keeps its file.
 
 use cpu_time::ProcessTime;
 use peak_alloc::PeakAlloc;
@@ -40,13 +42,15 @@ pub(crate) struct Target<'a> {
     pub(crate) name: &'a str,
     /// Valid files.
     pub(crate) corpus: Vec<Vec<u8>>,
-    /// Makes checksums and lengths right again, so that damage reaches what lies behind them; about every second case.
+    /// Makes checksums and lengths right again, so that damage reaches what lies behind them; about
+    /// every second case.
     pub(crate) mend: Option<fn(&mut Vec<u8>)>,
     /// Most memory for a file of so many bytes.
     pub(crate) memory: fn(usize) -> usize,
 }
 
-/// Most time of the processor, on all threads, for a file of so many bytes: a fixed part, and so much for every byte.
+/// Most time of the processor, on all threads, for a file of so many bytes: a fixed part, and so
+/// much for every byte.
 fn most_time(length: usize) -> Duration {
     Duration::from_millis(250) + length as u32 * Duration::from_micros(10)
 }
@@ -60,7 +64,8 @@ impl Target<'_> {
     /// Reads the corpus and `cases` damaged files.
     ///
     /// # Panics
-    /// If the reader panics, takes more memory or time than it may, or refuses a file of the corpus.
+    /// If the reader panics, takes more memory or time than it may, or refuses a file of the
+    /// corpus.
     pub(crate) fn run(&self, cases: usize, read: impl Fn(&[u8]) -> Read) {
         let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         for (k, file) in self.corpus.iter().enumerate() {
@@ -82,7 +87,8 @@ impl Target<'_> {
                 (tried, start.elapsed())
             };
             let ((outcome, peak), mut took) = timed();
-            // What another thread does meanwhile, which makes the corpus of the next target, shall not count.
+            // What another thread does meanwhile, which makes the corpus of the next target, shall
+            // not count.
             for _ in 0..3 {
                 if took > most_time(file.len()) {
                     took = took.min(timed().1);

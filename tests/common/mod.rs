@@ -1,8 +1,8 @@
 //! Independent tools that judge what is exported.
 //!
-//! A test whose tool is missing says so past the test harness, and passes; with `GLASSWARP_REQUIRE_TOOLS=1` it fails.
-//! Python is `$GLASSWARP_PYTHON` or `python3`; packages of node are looked for in `$GLASSWARP_NODE_MODULES`, and where node
-//! looks by itself.
+//! A test whose tool is missing says so past the test harness, and passes; with
+//! `GLASSWARP_REQUIRE_TOOLS=1` it fails. Python is `$GLASSWARP_PYTHON` or `python3`; packages of
+//! node are looked for in `$GLASSWARP_NODE_MODULES`, and where node looks by itself.
 
 // Every test binary uses its own part of this.
 #![allow(dead_code)]
@@ -48,7 +48,8 @@ pub(crate) fn freecad(script: &str) -> Option<Command> {
     Some(command)
 }
 
-/// Node with these modules, ready to run `script` with further arguments (`process.argv` from index 1).
+/// Node with these modules, ready to run `script` with further arguments (`process.argv` from index
+/// 1).
 pub(crate) fn node(modules: &[&str], script: &str) -> Option<Command> {
     let command = |script: &str| {
         let mut command = Command::new("node");

@@ -61,7 +61,8 @@ impl Workshop {
         names
     }
 
-    /// Runs a command that must be refused, with an error that contains every one of `words`, leaving no file behind.
+    /// Runs a command that must be refused, with an error that contains every one of `words`,
+    /// leaving no file behind.
     pub(crate) fn refuses(&self, line: &str, code: i32, words: &[&str]) {
         let before = self.files();
         let outcome = self.run(line);
@@ -72,7 +73,8 @@ impl Workshop {
         assert_eq!(self.files(), before, "{line} left something behind");
     }
 
-    /// Draws `chiral.png`, a picture that no mirror image or turn of itself resembles, wider than tall.
+    /// Draws `chiral.png`, a picture that no mirror image or turn of itself resembles, wider than
+    /// tall.
     pub(crate) fn draw_chiral_picture(&self) {
         let tone = |x: u32, y: u32| {
             let (u, v) = (f64::from(x) / 48.0, f64::from(y) / 32.0);

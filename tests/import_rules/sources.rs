@@ -1,8 +1,9 @@
 //! The files of a package, parsed, and which of them names what of which.
 //!
-//! A file names another if one of its paths leads to an item that is defined there: a `use` line, or a path in code such as
-//! `module::function()`. Re-exports are followed to the definition, so that a facade hides nothing. Code that is compiled for tests
-//! alone does not count, and neither do the comments, for documentation may point anywhere.
+//! A file names another if one of its paths leads to an item that is defined there: a `use` line,
+//! or a path in code such as `module::function()`. Re-exports are followed to the definition, so
+//! that a facade hides nothing. Code that is compiled for tests alone does not count, and neither
+//! do the comments, for documentation may point anywhere.
 
 use std::{
     collections::{BTreeMap, BTreeSet, HashMap},
@@ -22,7 +23,8 @@ pub(crate) struct Package {
     pub(crate) roots: &'static [&'static str],
 }
 
-/// For every file the files that it names, each with the names; paths within the folder of the sources.
+/// For every file the files that it names, each with the names; paths within the folder of the
+/// sources.
 pub(crate) type Graph = BTreeMap<String, BTreeMap<String, BTreeSet<String>>>;
 
 type ModuleId = usize;
@@ -118,7 +120,8 @@ impl Sources {
         id
     }
 
-    /// Where a path leads that is written in a module; `None` out of the package, or to what is no item of a module.
+    /// Where a path leads that is written in a module; `None` out of the package, or to what is no
+    /// item of a module.
     fn resolve(&self, from: ModuleId, path: &[String], depth: usize) -> Option<Target> {
         let (first, rest) = path.split_first()?;
         let module = &self.modules[from];

@@ -61,8 +61,8 @@ pub(super) fn cases(original: &Original) -> Vec<Case> {
     let statement = "SI_UNIT(.MILLI.,.METRE.)";
     assert!(step.contains(statement) && step.contains("DATA;"));
     let step_of = |kind: &str, from, text: String| case(kind, from, Step, text, Outcome::Block(2e-5));
-    // An inch, by another number than any in the file, in the place of the millimetre; and points in inches would be needed: the
-    // block of a file in metres is a thousand times as large.
+    // An inch, by another number than any in the file, in the place of the millimetre; and points
+    // in inches would be needed: the block of a file in metres is a thousand times as large.
     let other = |lines: &str| step.replacen("DATA;", &format!("DATA;{lines}"), 1);
     let metres = "#900001=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));";
     vec![

@@ -50,7 +50,8 @@ fn obj(mesh: &Mesh, faces: &[Vec<u32>], behind: &str, corner: &dyn Fn(u32) -> St
     text
 }
 
-/// OBJ whose vertices stand just before the first face that uses them, by absolute or negative numbers.
+/// OBJ whose vertices stand just before the first face that uses them, by absolute or negative
+/// numbers.
 fn interleaved(mesh: &Mesh, negative: bool) -> String {
     let (mut text, mut numbers) = (String::new(), vec![0; mesh.vertices.len()]);
     let mut count = 0;

@@ -46,7 +46,8 @@ fn moments(tally: &PhotonTally, window_mm: f64) -> DVec2 {
 }
 
 fn near(found: DVec2, wanted: DVec2, what: &str) {
-    // 400 000 photons know a second moment to 0.2 %; an even disc better than a Gaussian. Their seeds are fixed.
+    // 400 000 photons know a second moment to 0.2 %; an even disc better than a Gaussian. Their
+    // seeds are fixed.
     at_worst(0.0046, ((found - wanted) / wanted).abs().max_element(), what);
 }
 

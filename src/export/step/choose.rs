@@ -9,7 +9,8 @@ use crate::{
 /// How near the exit face of a STEP file must be to the height field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StepTolerance {
-    /// As near as the picture needs: the brightness on the receiver changes by about a tenth of a percent of its mean, rms.
+    /// As near as the picture needs: the brightness on the receiver changes by about a tenth of a
+    /// percent of its mean, rms.
     #[default]
     Picture,
     /// Nowhere further away than this, um.
@@ -69,13 +70,14 @@ impl StepTolerance {
     }
 }
 
-/// The change of brightness, relative to the mean, that is allowed for the sake of a smaller file (rms over the face,
-/// to first order). On the wall it is more where the light is bright, and less where pixels average over it: between a sixth
-/// and twice of this was measured.
+/// The change of brightness, relative to the mean, that is allowed for the sake of a smaller file
+/// (rms over the face, to first order). On the wall it is more where the light is bright, and less
+/// where pixels average over it: between a sixth and twice of this was measured.
 const LIGHT: f64 = 1e-3;
 
-/// The relative change of the brightness on the receiver, rms, to first order where the picture is of mean brightness: light is
-/// deflected by `n - 1` times the slope, and what spreads or gathers it is the divergence of that.
+/// The relative change of the brightness on the receiver, rms, to first order where the picture is
+/// of mean brightness: light is deflected by `n - 1` times the slope, and what spreads or gathers
+/// it is the divergence of that.
 fn light_moved(error: &FitError, design: &Design) -> f64 {
     let bend = match design.exit_face {
         ExitFace::Refracts { ior } => ior - 1.0,
@@ -87,8 +89,8 @@ fn light_moved(error: &FitError, design: &Design) -> f64 {
 /// Nodes for a control point, per side, from coarse to fine; beyond stands the net of all nodes.
 const RATIOS: [f64; 8] = [16.0, 12.0, 8.0, 6.0, 4.0, 3.0, 2.0, 1.5];
 
-/// The coarsest net of a few that is near enough; the interpolating one, which is the height field itself, if no other is. Beyond the
-/// outline it is [level](HeightField::levelled).
+/// The coarsest net of a few that is near enough; the interpolating one, which is the height field
+/// itself, if no other is. Beyond the outline it is [level](HeightField::levelled).
 ///
 /// # Errors
 /// A tolerance out of range.

@@ -1,10 +1,11 @@
-//! STEP (ISO 10303-21, application protocol 214): one closed solid of a bicubic B-spline exit face, planes and elliptic cylinders, as
-//! CAD and CAM programs want it.
+//! STEP (ISO 10303-21, application protocol 214): one closed solid of a bicubic B-spline exit face,
+//! planes and elliptic cylinders, as CAD and CAM programs want it.
 //!
-//! The face is the [`ControlNet`]. Of a rectangular block its border curves are made of the net's own outermost control points, and so
-//! lie in the walls and on the face exactly. Any other outline trims the face: by curves of their own, exact on straight sides
-//! and as near to face and wall as nobody can tell on curved ones, whose images in the parameters of both are in the file too. Heights are
-//! written to nine decimals of a millimetre.
+//! The face is the [`ControlNet`]. Of a rectangular block its border curves are made of the net's
+//! own outermost control points, and so lie in the walls and on the face exactly. Any other outline
+//! trims the face: by curves of their own, exact on straight sides and as near to face and wall as
+//! nobody can tell on curved ones, whose images in the parameters of both are in the file too.
+//! Heights are written to nine decimals of a millimetre.
 
 mod choose;
 mod part;

@@ -138,7 +138,8 @@ impl<'a> Part<'a> {
         ))
     }
 
-    /// The curve between the exit face and a wall; on a curved one with its images in the parameters of both.
+    /// The curve between the exit face and a wall; on a curved one with its images in the
+    /// parameters of both.
     fn trace(&mut self, trace: &Trace, faces: &[(Surface, usize)]) -> usize {
         let points: Vec<usize> =
             trace.points.iter().map(|&at| self.triple("CARTESIAN_POINT", at - self.origin)).collect();
@@ -159,7 +160,8 @@ impl<'a> Part<'a> {
         self.add(format!("SURFACE_CURVE('',#{curve},({}),.CURVE_3D.)", references(images)))
     }
 
-    /// Parameters of the net are counted in intervals from its lower corner, and `x` and `y` are linear in them.
+    /// Parameters of the net are counted in intervals from its lower corner, and `x` and `y` are
+    /// linear in them.
     fn on_net(&self, trace: &Trace) -> Vec<DVec2> {
         let extent = self.net.extent();
         let intervals = self.net.knots().map(|knots| knots[knots.len() - 1]);
@@ -167,7 +169,8 @@ impl<'a> Part<'a> {
         trace.points.iter().map(|at| (at.truncate() - extent.lower()) * per_mm).collect()
     }
 
-    /// Parameters of a wall are the angle and the height above its placement. Along the curve the angle is linear.
+    /// Parameters of a wall are the angle and the height above its placement. Along the curve the
+    /// angle is linear.
     fn on_pipe(&self, trace: &Trace, pipe: &Pipe) -> Vec<DVec2> {
         let angles = trace.shares().into_iter().map(|share| pipe.begin() + share * pipe.turn);
         let heights = trace.points.iter().map(|at| at.z - self.origin.z - pipe.centre.z);
@@ -237,7 +240,8 @@ impl<'a> Part<'a> {
                 self.add(format!("{kind}('',#{around},.T.)"))
             })
             .collect();
-        // Normals of planes point out of the block already; those of cylinders away from their axes.
+        // Normals of planes point out of the block already; those of cylinders away from their
+        // axes.
         let same = if matches!(face.surface, Surface::Pipe { facing: Facing::In, .. }) { ".F." } else { ".T." };
         self.add(format!("ADVANCED_FACE('',({}),#{surface},{same})", references(bounds)))
     }

@@ -11,7 +11,8 @@ pub(super) enum Piece {
         from: DVec2,
         to: DVec2,
     },
-    /// Of an ellipse, between two angles (of its auxiliary circle, from `+x`), rad: within 0 to 2 pi, a right angle at most.
+    /// Of an ellipse, between two angles (of its auxiliary circle, from `+x`), rad: within 0 to 2
+    /// pi, a right angle at most.
     Arc {
         centre: DVec2,
         semi_axes: DVec2,
@@ -24,7 +25,8 @@ pub(super) enum Piece {
 const SHORTEST_MM: f64 = 1e-6;
 
 impl Piece {
-    /// The pieces of a contour in order, each of which begins where the one before ends. There are no sides without length.
+    /// The pieces of a contour in order, each of which begins where the one before ends. There are
+    /// no sides without length.
     pub(super) fn around(contour: &Contour) -> Vec<Self> {
         let half = 0.5 * contour.extent().as_vec();
         let radius = contour.radius_mm();
@@ -47,7 +49,8 @@ impl Piece {
         pieces
     }
 
-    /// What of a convex outline lies no further than `reach` along a unit vector, with the flat that cuts off the rest.
+    /// What of a convex outline lies no further than `reach` along a unit vector, with the flat
+    /// that cuts off the rest.
     pub(super) fn cut_off(pieces: &[Self], along: DVec2, reach: f64) -> Vec<Self> {
         let mut kept: Vec<Self> = pieces.iter().flat_map(|piece| piece.within(along, reach)).collect();
         let gap = (0..kept.len()).find(|&k| {

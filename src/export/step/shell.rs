@@ -1,4 +1,5 @@
-//! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces with their loops.
+//! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces
+//! with their loops.
 
 use super::{piece::Piece, trace::Trace};
 use crate::{
@@ -25,7 +26,8 @@ pub(super) enum Curve {
     Border(usize),
     /// Of an ellipse, in the plane of its two vertices.
     Arc(Pipe),
-    /// Where the exit face meets a wall that is not a side of its rectangle, in the library's frame.
+    /// Where the exit face meets a wall that is not a side of its rectangle, in the library's
+    /// frame.
     Trace(Trace),
 }
 
@@ -148,7 +150,8 @@ impl Shell {
         self.vertices.len() - 1
     }
 
-    /// Vertices where these pieces begin, at the height `z` of the library's frame, and the curved edges between them.
+    /// Vertices where these pieces begin, at the height `z` of the library's frame, and the curved
+    /// edges between them.
     fn ring(&mut self, solid: &Solid, pieces: &[Piece], z: f64) -> Vec<usize> {
         let origin = solid.origin_mm();
         let ring: Vec<usize> = pieces.iter().map(|piece| self.vertex(piece.at(0.0).extend(z) - origin)).collect();
@@ -197,7 +200,8 @@ impl Shell {
         self.faces.push(Face { surface, loops });
     }
 
-    /// The edge between two vertices, which a ring or a neighbour may have made already; a line else.
+    /// The edge between two vertices, which a ring or a neighbour may have made already; a line
+    /// else.
     fn edge(&mut self, from: usize, to: usize) -> (usize, Sense) {
         let same = |edge: &Edge| (edge.from, edge.to) == (from, to);
         let turned = |edge: &Edge| (edge.from, edge.to) == (to, from);
@@ -213,7 +217,8 @@ impl Shell {
 }
 
 impl Pipe {
-    /// The wall of a piece, centred at the height `z` of the library's frame; none of a straight one.
+    /// The wall of a piece, centred at the height `z` of the library's frame; none of a straight
+    /// one.
     fn of(piece: &Piece, z: f64, origin: DVec3) -> Option<Self> {
         match *piece {
             Piece::Straight { .. } => None,
@@ -229,7 +234,8 @@ impl Pipe {
         if x >= y { (x, DVec3::X, y) } else { (y, DVec3::Y, x) }
     }
 
-    /// The angle at which it begins, counted from the greater semi-axis, rad; it ends at 2 pi at most.
+    /// The angle at which it begins, counted from the greater semi-axis, rad; it ends at 2 pi at
+    /// most.
     pub(super) fn begin(&self) -> f64 {
         let from = if self.semi_axes.x >= self.semi_axes.y { 0.0 } else { FRAC_PI_2 };
         // Arcs begin on an axis at the earliest, and rounding makes no turn of it.

@@ -1,14 +1,16 @@
 //! The curve in which the exit face meets a wall: a cubic B-spline, refined until it lies on both.
 //!
-//! The curve is the cubic spline, twice continuously differentiable, through points of the wall at the height of the face, with the
-//! slopes of the true curve at both ends. Every interval in which it leaves the wall or the face by more than [`NEAR_MM`] is halved.
-//! Along a straight side the knots are those of the face, and the curve is the face's own, to rounding.
+//! The curve is the cubic spline, twice continuously differentiable, through points of the wall at
+//! the height of the face, with the slopes of the true curve at both ends. Every interval in which
+//! it leaves the wall or the face by more than [`NEAR_MM`] is halved. Along a straight side the
+//! knots are those of the face, and the curve is the face's own, to rounding.
 
 use super::piece::Piece;
 use crate::{grid::Contour, surface::ControlNet};
 use glam::{DVec2, DVec3};
 
-/// How near the curve is to the face and to the wall, mm: a tenth of what the file calls the same place.
+/// How near the curve is to the face and to the wall, mm: a tenth of what the file calls the same
+/// place.
 const NEAR_MM: f64 = 1e-7;
 /// Halvings of the first intervals, which knots with nine decimals still tell exactly.
 const HALVINGS: u32 = 9;
@@ -52,7 +54,8 @@ impl Trace {
         }
     }
 
-    /// The places of the control points where a function that is linear along the curve's parameter has its own, from 0 to 1 (Greville).
+    /// The places of the control points where a function that is linear along the curve's parameter
+    /// has its own, from 0 to 1 (Greville).
     pub(super) fn shares(&self) -> Vec<f64> {
         let last = self.knots.len() - 1;
         let knot = |k: usize| self.knots[k.saturating_sub(2).min(last)] / self.knots[last];
@@ -114,7 +117,8 @@ impl<'a> Cubic<'a> {
             rate.extend(net.sample(piece.at(share)).1.dot(rate))
         };
         let places: Vec<DVec3> = knots.iter().map(|&knot| place(knot)).collect();
-        // Equal second derivatives on both sides of every inner knot, between the slopes of the true curve at the ends (Thomas).
+        // Equal second derivatives on both sides of every inner knot, between the slopes of the
+        // true curve at the ends (Thomas).
         let mut slopes = vec![DVec3::ZERO; n];
         let mut carried = vec![0.0; n];
         (slopes[0], slopes[n - 1]) = (slope(knots[0]), slope(knots[n - 1]));
@@ -154,7 +158,8 @@ impl<'a> Cubic<'a> {
             .fold(0.0, f64::max)
     }
 
-    /// The same spline by B-spline control points: each is the blossom at three knots in a row, and affine in the first of them.
+    /// The same spline by B-spline control points: each is the blossom at three knots in a row, and
+    /// affine in the first of them.
     fn control_points(&self) -> Vec<DVec3> {
         let intervals = self.knots.len() - 1;
         let mut points = vec![self.places[0]];

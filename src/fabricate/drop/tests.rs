@@ -77,7 +77,8 @@ fn smooth_faces_creases_and_borders_agree_with_a_search_by_force() {
                 let (Some(contact), forced) = (drop.drop(axis, axis), by_force(surface, cutter, axis)) else {
                     continue;
                 };
-                // Force is coarse: never higher than the truth, and lower by its mesh squared, on a rim by its mesh.
+                // Force is coarse: never higher than the truth, and lower by its mesh squared, on a
+                // rim by its mesh.
                 let coarse = if cutter.corner_mm() == 0.0 { 2e-3 } else { 5e-4 };
                 let off = contact.tip_mm - forced;
                 assert!((-2e-6..coarse).contains(&off), "{cutter} at {axis}: {off:e}");

@@ -48,7 +48,8 @@ fn by_force(rows: &Rows<'_>, at: DVec2) -> f64 {
         if aside.abs() >= cutter.radius_mm() {
             continue;
         }
-        // The ends of the way, beside which there is none, are positions; at those of the reach a rim cuts.
+        // The ends of the way, beside which there is none, are positions; at those of the reach a
+        // rim cuts.
         let reach = (cutter.radius_mm().powi(2) - aside * aside).max(0.0).sqrt() * (1.0 - 1e-12);
         let positions = (0..rows.positions).map(|i| rows.first.x + i as f64 * rows.spacing_mm);
         let places = (-4000..=4000).map(|k| u + cutter.radius_mm() * f64::from(k) / 4000.0 * (1.0 - 1e-12));
@@ -95,7 +96,8 @@ fn nothing_is_gouged_and_an_allowance_stays() {
         let excess = |i: usize, j: usize| left[(i, j)] - wavy.heights_mm()[(i, j)];
         for j in 10..71 {
             for i in 10..87 {
-                // The way of the tip bends suddenly where the disc of a bull-nose cutter lifts off: the cubic errs by as much.
+                // The way of the tip bends suddenly where the disc of a bull-nose cutter lifts off:
+                // the cubic errs by as much.
                 let exact = if cutter.corner_mm() < cutter.radius_mm() { 2e-5 } else { 2e-6 };
                 assert!(excess(i, j) > allowance - exact, "{cutter} {allowance}: {}", excess(i, j));
                 // Along the normal, so a little more along z; and the scallops.

@@ -15,7 +15,8 @@ const LEAST_VERTICES: usize = 5;
 #[derive(Clone, Debug)]
 pub struct CausticMesh {
     pub(super) vertices: Field<DVec2>,
-    /// Mean of each coordinate, and the spline through what is left of it, over the mesh's own coordinates in quads.
+    /// Mean of each coordinate, and the spline through what is left of it, over the mesh's own
+    /// coordinates in quads.
     pub(super) coordinates: [(f64, SurfaceSpline); 2],
 }
 
@@ -109,8 +110,8 @@ impl CausticMesh {
     /// Least number of vertices along a side.
     pub const LEAST_VERTICES: usize = LEAST_VERTICES;
 
-    /// Takes vertices on the receiver, mm, row `j` and column `i` as the light of the block's rows along `+y` and columns along
-    /// `+x`.
+    /// Takes vertices on the receiver, mm, row `j` and column `i` as the light of the block's rows
+    /// along `+y` and columns along `+x`.
     ///
     /// # Errors
     /// Too few vertices, or one that is not finite.
@@ -141,7 +142,8 @@ impl CausticMesh {
         &self.vertices
     }
 
-    /// How many quads lie with their front, and how many with their back to the block. Both, if the light folds.
+    /// How many quads lie with their front, and how many with their back to the block. Both, if the
+    /// light folds.
     pub fn sides(&self) -> (usize, usize) {
         let v = &self.vertices;
         let is_front =
@@ -151,7 +153,8 @@ impl CausticMesh {
         (front, quads - front)
     }
 
-    /// The point of the receiver at a place of the mesh, 0 to 1 along both sides, mm, and its derivative.
+    /// The point of the receiver at a place of the mesh, 0 to 1 along both sides, mm, and its
+    /// derivative.
     pub(crate) fn at(&self, place: DVec2) -> (DVec2, DMat2) {
         let quads = DVec2::new((self.vertices.nx() - 1) as f64, (self.vertices.ny() - 1) as f64);
         let [x, y] = self.coordinates.each_ref().map(|(mean, spline)| {

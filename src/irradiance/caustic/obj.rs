@@ -14,13 +14,16 @@ type Edge = (u32, u32);
 const FLATNESS: f64 = 1e-6;
 
 impl CausticMesh {
-    /// Reads a mesh of m x n quads from an OBJ file: x and y of the receiver in mm, z the same for all.
+    /// Reads a mesh of m x n quads from an OBJ file: x and y of the receiver in mm, z the same for
+    /// all.
     ///
-    /// The first vertex of the first face is the corner that gets the light of the block's corner of least x and y; from there
-    /// to the face's second vertex the mesh runs along the block's +x. Faces may be listed in any order and sense.
+    /// The first vertex of the first face is the corner that gets the light of the block's corner
+    /// of least x and y; from there to the face's second vertex the mesh runs along the block's +x.
+    /// Faces may be listed in any order and sense.
     ///
     /// # Errors
-    /// A file that cannot be read, faces other than quads, quads that do not form a grid, or vertices outside of a plane.
+    /// A file that cannot be read, faces other than quads, quads that do not form a grid, or
+    /// vertices outside of a plane.
     #[cfg(feature = "files")]
     pub fn open(path: &Path) -> Result<Self, CausticMeshError> {
         let (models, _) = tobj::load_obj(path, &tobj::LoadOptions::default())
@@ -31,8 +34,8 @@ impl CausticMesh {
     /// The same from anything that can be read, a file in memory for instance.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new), [`CausticMeshError::Parse`], faces other than quads, quads that do not form a grid, or vertices
-    /// outside of a plane.
+    /// Those of [`new`](Self::new), [`CausticMeshError::Parse`], faces other than quads, quads that
+    /// do not form a grid, or vertices outside of a plane.
     pub fn read(mut file: impl BufRead) -> Result<Self, CausticMeshError> {
         // Its materials do not matter.
         let none = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
@@ -107,7 +110,8 @@ impl Grid {
         }
         let mut visited = vec![false; quads.len()];
         let mut rows: Vec<Vec<u32>> = vec![vec![first[0]], vec![first[3]]];
-        // The quad that a row begins with, turned so that its first edge is the lower one, from left to right.
+        // The quad that a row begins with, turned so that its first edge is the lower one, from
+        // left to right.
         let (mut start, mut turned) = (0, first);
         loop {
             let row = rows.len() - 1;
@@ -160,8 +164,8 @@ fn edge(a: u32, b: u32) -> Edge {
     (a.min(b), a.max(b))
 }
 
-/// The quad with its corners in the order lower left, lower right, upper right, upper left, if its left side goes from `low` up
-/// to `high`.
+/// The quad with its corners in the order lower left, lower right, upper right, upper left, if its
+/// left side goes from `low` up to `high`.
 fn beginning_with(quad: Quad, low: u32, high: u32) -> Option<Quad> {
     let at = quad.iter().position(|v| *v == low)?;
     let [next, across, before] = [1, 2, 3].map(|k| quad[(at + k) % 4]);

@@ -74,8 +74,8 @@ impl Layers {
     }
 }
 
-/// Calls `hit` for every point in a triangle, whichever way it turns, in these rows; a point on an edge belongs to one of its
-/// two triangles.
+/// Calls `hit` for every point in a triangle, whichever way it turns, in these rows; a point on an
+/// edge belongs to one of its two triangles.
 fn fill([a, b, c]: [DVec2; 3], (first, last): (usize, usize), nx: usize, mut hit: impl FnMut(usize)) {
     let corners = if (b - a).perp_dot(c - a) < 0.0 { [a, c, b] } else { [a, b, c] };
     let low = a.min(b).min(c).ceil().max(DVec2::new(0.0, first as f64));
@@ -93,8 +93,8 @@ fn fill([a, b, c]: [DVec2; 3], (first, last): (usize, usize), nx: usize, mut hit
     }
 }
 
-/// Whether a point is to the left of the edge from `a` to `b`; on it, of one of its two directions. Both ask the same product,
-/// so that rounding cannot have both or neither.
+/// Whether a point is to the left of the edge from `a` to `b`; on it, of one of its two directions.
+/// Both ask the same product, so that rounding cannot have both or neither.
 fn is_left(a: DVec2, b: DVec2, at: DVec2) -> bool {
     let is_forward = (a.x, a.y) < (b.x, b.y);
     let (from, to) = if is_forward { (a, b) } else { (b, a) };

@@ -14,7 +14,8 @@ fn bent(i: usize, j: usize) -> DVec2 {
     DVec2::new(7.0 * p.x - 20.0 + 0.4 * p.y, 6.0 * p.y - 16.0 + 0.3 * p.x * p.x)
 }
 
-/// An OBJ of a grid whose faces are listed in disorder, turned and wound at random, but for the first.
+/// An OBJ of a grid whose faces are listed in disorder, turned and wound at random, but for the
+/// first.
 fn obj(at: impl Fn(usize, usize) -> DVec2) -> String {
     let mut text = String::from("# a mesh\no mesh\n");
     let (nx, ny) = SIZE;

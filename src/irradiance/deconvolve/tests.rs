@@ -40,7 +40,8 @@ fn without_spread_nothing_changes() {
 
 #[test]
 fn what_was_blurred_is_found_again() {
-    // A wanted picture that is itself a blurred one can be drawn: the light is found, up to what is lost in the range.
+    // A wanted picture that is itself a blurred one can be drawn: the light is found, up to what is
+    // lost in the range.
     let psf = spread(0.6, 0.002);
     let sharp = picture();
     let wanted = TargetIrradiance::new(psf.blurred(sharp.cells())).unwrap();
@@ -79,7 +80,8 @@ fn light_stays_within_its_range_and_keeps_its_flux() {
         let done = Deconvolution { least, greatest, ..Deconvolution::default() }.of(&wanted, &psf).unwrap();
         let (low, high) = done.target.cells().min_max();
         assert!((done.target.cells().mean() - 1.0).abs() < 1e-12);
-        // Before its mean was made 1 it was at least that of the picture: some light falls beside the window.
+        // Before its mean was made 1 it was at least that of the picture: some light falls beside
+        // the window.
         assert!(low >= 0.0 && high <= 1.01 * greatest, "{low} to {high}");
         assert!(done.contrast_after <= 1.001 * greatest / least, "{}", done.contrast_after);
         assert!((done.contrast_after - high / low).abs() < 1e-9 * done.contrast_after || low == 0.0);

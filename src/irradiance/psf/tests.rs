@@ -20,8 +20,8 @@ fn picture(nx: usize, ny: usize, pixel_mm: f64, light: impl Fn(DVec2) -> f64) ->
 
 #[test]
 fn widths_are_those_of_the_shapes_and_no_light_is_lost() {
-    // Standard deviations: half the radius of a disc, a square's side over sqrt 12. Even light of a pixel, averaged over
-    // pixels, adds a sixth of a squared pixel.
+    // Standard deviations: half the radius of a disc, a square's side over sqrt 12. Even light of a
+    // pixel, averaged over pixels, adds a sixth of a squared pixel.
     let pixel = WINDOW.width_mm / CELLS.0 as f64;
     let turned = DMat2::from_angle(0.4) * DMat2::from_diagonal(DVec2::new(4.0, 2.0));
     for (spots, expected) in [
@@ -58,7 +58,8 @@ fn a_spot_far_below_a_pixel_changes_nothing_and_one_of_half_a_pixel_what_it_must
         let kernel = psf.kernel();
         assert!(kernel[(kernel.nx() / 2, kernel.ny() / 2)] > 0.998);
     }
-    // Light shifted by x of a pixel leaves |x| of it: over -w/2 .. w/2, w/4 in the mean, and so w/8 for either neighbour.
+    // Light shifted by x of a pixel leaves |x| of it: over -w/2 .. w/2, w/4 in the mean, and so w/8
+    // for either neighbour.
     let half = Psf::of_spots(&[spot(SpotShape::Square, 0.25)], WINDOW, CELLS).unwrap();
     let along_x = |k: usize| (0..half.kernel().ny()).map(|j| half.kernel()[(k, j)]).sum::<f64>();
     let middle = half.kernel().nx() / 2;

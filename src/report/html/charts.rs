@@ -1,4 +1,5 @@
-//! Charts whose text keeps its size on every screen: places are percentages, only curves are stretched.
+//! Charts whose text keeps its size on every screen: places are percentages, only curves are
+//! stretched.
 
 use super::{Cost, data::Px, data::figure};
 use crate::optim::Summary;

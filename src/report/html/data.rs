@@ -34,7 +34,8 @@ pub(super) fn shrunk(picture: &GrayImage, most_px: u32) -> GrayImage {
     imageops::resize(picture, side(width), side(height), imageops::FilterType::Triangle)
 }
 
-/// A number for people: four significant figures at most behind the point, no more digits than it has.
+/// A number for people: four significant figures at most behind the point, no more digits than it
+/// has.
 pub(super) fn figure(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{}", value + 0.0);

@@ -43,7 +43,8 @@ pub(super) fn hollow(per_mm: &Field<f64>, extent: Extent, longest_px: u32) -> Co
     coloured(&per_m, extent, longest_px, (most, -most), colorous::RED_BLUE, &ticks)
 }
 
-/// Where the value that this share of all values stays below lies, found without sorting all of them.
+/// Where the value that this share of all values stays below lies, found without sorting all of
+/// them.
 fn quantile(values: &Field<f64>, share: f64) -> f64 {
     let mut values: Vec<f64> = values.as_slice().iter().copied().filter(|v| v.is_finite()).collect();
     if values.is_empty() {
@@ -99,7 +100,8 @@ fn pixels(size: DVec2, longest_px: u32) -> (u32, u32) {
     (pixels.x as u32, pixels.y as u32)
 }
 
-/// The face as matte plaster in light from the top left of the picture, with heights stretched until its relief shows.
+/// The face as matte plaster in light from the top left of the picture, with heights stretched
+/// until its relief shows.
 pub(super) fn hillshade(spline: &SurfaceSpline, longest_px: u32) -> GrayImage {
     let (width, height) = pixels(spline.extent().as_vec(), longest_px);
     let (nx, ny) = (width as usize, height as usize);

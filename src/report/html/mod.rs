@@ -1,8 +1,9 @@
-//! A block on one page of HTML, for the people who will make it: pictures, maps, drawings, charts, and a model to turn in the
-//! hand.
+//! A block on one page of HTML, for the people who will make it: pictures, maps, drawings, charts,
+//! and a model to turn in the hand.
 //!
-//! The page is one file that asks for nothing else: styles, scripts, pictures and heights are embedded, and its own policy
-//! forbids it to load anything. [`Page`] holds plain data; what it says in words is said by whoever fills it.
+//! The page is one file that asks for nothing else: styles, scripts, pictures and heights are
+//! embedded, and its own policy forbids it to load anything. [`Page`] holds plain data; what it
+//! says in words is said by whoever fills it.
 
 mod charts;
 mod data;

@@ -23,8 +23,8 @@ pub struct Page<'a> {
     pub caustic: View,
     /// How far the two are apart.
     pub difference: Option<View>,
-    /// The light seen otherwise: with less exact geometry, from other files, after finishing; each with its difference from
-    /// the target.
+    /// The light seen otherwise: with less exact geometry, from other files, after finishing; each
+    /// with its difference from the target.
     pub others: Vec<(View, View)>,
     /// What each step costs.
     pub budget: Vec<Cost>,
@@ -94,8 +94,8 @@ pub struct View {
 pub struct Cost {
     /// What is looked at.
     pub name: String,
-    /// Relative RMS error of its light against the target, and by how much it alone moves the light. `None` if it is known to
-    /// be that of another step, as the name says.
+    /// Relative RMS error of its light against the target, and by how much it alone moves the
+    /// light. `None` if it is known to be that of another step, as the name says.
     pub errors: Option<(f64, f64)>,
 }
 

@@ -68,7 +68,8 @@ fn lead_mm(model: &Model<'_>) -> f64 {
     (0.2 * model.bench.distance_mm()).max(0.4 * model.bench.block().as_vec().max_element()) - model.entry_z_mm
 }
 
-/// The corners of the window on the receiver as its picture is seen: top left, top right, bottom right, bottom left.
+/// The corners of the window on the receiver as its picture is seen: top left, top right, bottom
+/// right, bottom left.
 pub(super) fn window_corners(bench: &Bench) -> [DVec3; 4] {
     let half = 0.5 * bench.window().as_vec();
     // Left is +x, top is +y.

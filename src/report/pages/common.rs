@@ -202,8 +202,8 @@ pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
     Facts { title: "Judgement, from the file as read back".into(), rows }
 }
 
-/// What is suspicious about a judgement. `skirt` is the share of the face beyond the part that draws: its light is meant to fall
-/// elsewhere.
+/// What is suspicious about a judgement. `skirt` is the share of the face beyond the part that
+/// draws: its light is meant to fall elsewhere.
 pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<String> {
     let mut warnings = Vec::new();
     if judgement.is_contradicted() {

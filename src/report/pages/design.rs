@@ -107,7 +107,8 @@ impl DesignPage<'_> {
         write_html(path, &page).map_err(Failure::writing)
     }
 
-    /// The wanted light and the one that is drawn, in picture order: the verifier's, or the solver's own.
+    /// The wanted light and the one that is drawn, in picture order: the verifier's, or the
+    /// solver's own.
     fn lights(&self) -> (Field<f64>, Field<f64>) {
         match (self.verification, self.block.light.first()) {
             (Some(verification), _) => {
@@ -271,7 +272,8 @@ impl DesignPage<'_> {
     }
 }
 
-/// The pictures that are drawn of a design with these settings, by their names behind that of the first output.
+/// The pictures that are drawn of a design with these settings, by their names behind that of the
+/// first output.
 pub(crate) fn pictures(settings: &Settings, verified: bool) -> Vec<&'static str> {
     if !verified {
         return vec![WEAKNESS];
@@ -290,8 +292,8 @@ const IMPERFECT: &str = "seen";
 pub(crate) const WEAKNESS: &str = "weakness";
 
 /// Draws a design that was judged: the light alone, the panel of target, light and difference, the
-/// error budget, the isocontours of the exit face, the block with its dimensions, and the light after
-/// a finish and in imperfect light. Every picture is given to `write` with its kind.
+/// error budget, the isocontours of the exit face, the block with its dimensions, and the light
+/// after a finish and in imperfect light. Every picture is given to `write` with its kind.
 ///
 /// # Errors
 /// Those of `write`.

@@ -1,4 +1,5 @@
-//! The report of a block that was found in a file: as it is, or after it was worked on in simulation.
+//! The report of a block that was found in a file: as it is, or after it was worked on in
+//! simulation.
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
@@ -114,7 +115,8 @@ impl<'a> FoundPage<'a> {
         })
     }
 
-    /// The report of a block that was worked on in simulation, its light after every step. `feed` is that of the cutter per minute.
+    /// The report of a block that was worked on in simulation, its light after every step. `feed`
+    /// is that of the cutter per minute.
     pub(crate) fn of_milling(
         file: ReportedFile<'_>,
         piece: &'a Workpiece,

@@ -1,4 +1,5 @@
-//! The relation for a point source: what has no closed form, and the derivatives that parallel light lacks.
+//! The relation for a point source: what has no closed form, and the derivatives that parallel
+//! light lacks.
 
 use super::relation::{Arrived, Jet, OpticalPath, PointRay, PointSource, Ray, bend};
 use glam::{DMat2, DVec2, DVec3};
@@ -30,16 +31,16 @@ impl OpticalPath {
         if !self.receiver.is_turned() {
             return Some(FlatRay { along: flat.tangential, bend, phase_mm });
         }
-        // In air the gradient of the phase is a unit vector e, so that its second derivatives vanish along it. For any v they are
-        // those of the tangential part of v - e v_z / e_z.
+        // In air the gradient of the phase is a unit vector e, so that its second derivatives
+        // vanish along it. For any v they are those of the tangential part of v - e v_z / e_z.
         let e = flat.tangential.extend((1.0 - flat.tangential.length_squared()).sqrt());
         let sheared = |v: DVec3| v.truncate() - e.truncate() * (v.z / e.z);
         let sheared = DMat2::from_cols(sheared(axes.x_axis), sheared(axes.y_axis));
         Some(FlatRay { along: self.along(e), bend: sheared.transpose() * bend * sheared, phase_mm })
     }
 
-    /// [`OpticalPath::ray`] in the light of a point source. Along a straight line `W + l` is convex, and on real rays
-    /// monotone: Newton's iteration for `l` cannot miss.
+    /// [`OpticalPath::ray`] in the light of a point source. Along a straight line `W + l` is
+    /// convex, and on real rays monotone: Newton's iteration for `l` cannot miss.
     pub(super) fn ray_from(&self, point: &PointSource, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
         let flat = self.flat_from(point, y)?;
         let s = flat.along + self.kappa * slope;
@@ -78,8 +79,9 @@ impl OpticalPath {
 
     /// [`OpticalPath::footprint_variation`] in the light of a point source.
     ///
-    /// `X` turns `N` by the curvature `K = dm/dX_t` of the wave: `dm = K M (-dl e - l E ds)`, and as the receiver sees it `dN'_t =
-    /// M^T dm`. With `N` turn `tilt`, `e`, `E`, `q`, `dq`, `M` and `B`; `B` also follows the height of `X`.
+    /// `X` turns `N` by the curvature `K = dm/dX_t` of the wave: `dm = K M (-dl e - l E ds)`, and
+    /// as the receiver sees it `dN'_t = M^T dm`. With `N` turn `tilt`, `e`, `E`, `q`, `dq`, `M` and
+    /// `B`; `B` also follows the height of `X`.
     pub(super) fn footprint_variation_from(
         &self,
         point: &PointSource,
@@ -120,8 +122,8 @@ impl OpticalPath {
         variation
     }
 
-    /// [`OpticalPath::oval_height`] in the light of a point source: the root of `W(x, h) + |Y - (x, h)| = b`, which is
-    /// convex in `h`.
+    /// [`OpticalPath::oval_height`] in the light of a point source: the root of `W(x, h) + |Y - (x,
+    /// h)| = b`, which is convex in `h`.
     pub(super) fn oval_height_from(&self, point: &PointSource, x: DVec2, y: DVec2, u: f64) -> f64 {
         let Some(flat) = self.flat_from(point, y) else { return f64::NAN };
         let (at, distance_mm) = (self.receiver.point(y), self.receiver.distance_mm());

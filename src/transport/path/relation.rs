@@ -34,7 +34,8 @@ pub(crate) struct OpticalPath {
     /// The constants of parallel light, in the frame of the receiver.
     pub(super) constant: Arrived,
     pub(super) flat_tangential: DVec2,
-    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of the middle of the face.
+    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of
+    /// the middle of the face.
     pub(super) point: Option<PointSource>,
 }
 
@@ -44,7 +45,8 @@ pub(super) struct Arrived {
     /// `N`: its parts along the receiver and across it.
     pub(super) tangential: DVec2,
     pub(super) axial: f64,
-    /// Their quotient: light that is `z` before a plane along the receiver crosses it `tilt z` further on.
+    /// Their quotient: light that is `z` before a plane along the receiver crosses it `tilt z`
+    /// further on.
     pub(super) tilt: DVec2,
     /// `M`, from crossings of such a plane to those of the block's plane `z = 0`.
     pub(super) crossing: DMat2,

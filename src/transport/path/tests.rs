@@ -26,7 +26,8 @@ fn benches() -> Vec<Bench> {
     upright.iter().cloned().chain(leaning).collect()
 }
 
-/// The optical length up to a point of the face, less that up to its middle: by the shortest way, searched for.
+/// The optical length up to a point of the face, less that up to its middle: by the shortest way,
+/// searched for.
 fn phase(bench: &Bench, to: DVec3) -> f64 {
     let (source, thickness, n) = match (bench.light(), bench.exit_face()) {
         (Light::Parallel { direction }, face) => return face.ior() * direction.dot(to),
@@ -83,7 +84,8 @@ fn the_ray_has_the_stated_path_and_obeys_snell() {
         assert!((path.oval_height(from.truncate(), y, jet.value) - from.z).abs() < 1e-11);
         let (moved, _, _) = leaves(jet.value + 1e-5, jet.slope, y);
         assert!(((moved.z - from.z) / 1e-5 - dh).abs() < 1e-7);
-        // Along the face, which neighbouring rays leave, the path is stationary (Fermat): Snell's law and that of reflection.
+        // Along the face, which neighbouring rays leave, the path is stationary (Fermat): Snell's
+        // law and that of reflection.
         let incident = {
             let slope = |d: DVec3| (phase(&bench, from + 1e-3 * d) - phase(&bench, from - 1e-3 * d)) / 2e-3;
             DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z))
@@ -192,7 +194,8 @@ fn a_far_source_has_the_path_of_parallel_light() {
                 let path = OpticalPath::new(bench);
                 let (y, jet) = (DVec2::new(21.0, -13.0), jet(0.4));
                 let ray = path.ray(y, jet.value, jet.slope).unwrap();
-                // On oblique footprints the two differ by a linear map; the flux is the determinant.
+                // On oblique footprints the two differ by a linear map; the flux is the
+                // determinant.
                 let flux = path.footprint_jacobian(&ray, &jet).determinant();
                 (path.lens_point(y, &ray), path.height(y, &ray).0, flux)
             };
