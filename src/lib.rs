@@ -17,11 +17,13 @@
 //!
 //! # Frame, units, signs
 //!
-//! Millimetres and radians, a right-handed frame. Light travels along `+z`. The planar entry face lies at a constant
-//! negative z, the exit face is `z = h(x, y)` with the mean of its nodes at 0, the receiver is the plane `z = distance`.
-//! `x` and `y` are centred on the optical axis. The picture is seen on the wall from the block's side: its left is `+x`, its
-//! top is `+y`. Inside the library every grid has row `j` along `+y` and column `i` along `+x`; a picture is turned into
-//! that order once, where it becomes a [`irradiance::TargetIrradiance`], and back once, where it is shown.
+//! Millimetres and radians, a right-handed frame. Light travels along `+z`. The planar entry face
+//! lies at a constant negative z, the exit face is `z = h(x, y)` with the mean of its nodes at 0,
+//! the receiver is the plane `z = distance`. `x` and `y` are centred on the optical axis. The
+//! picture is seen on the wall from the block's side: its left is `+x`, its top is `+y`. Inside the
+//! library every grid has row `j` along `+y` and column `i` along `+x`; a picture is turned into
+//! that order once, where it becomes a [`irradiance::TargetIrradiance`], and back once, where it is
+//! shown.
 //!
 //! Irradiance is linear and has the mean 1.
 //!
@@ -43,7 +45,8 @@
 //! 8. `spec`, `study`, `record` and `failure` (feature `cli`): settings as people write them, what
 //!    is found out about a block and its files, and what is written down of it.
 //!
-//! The package `glasswarp-verify` opens the files and [traces light through them](#light-through-any-mesh).
+//! The package `glasswarp-verify` opens the files and [traces light through
+//! them](#light-through-any-mesh).
 //!
 //! # Light of your own
 //!
@@ -65,18 +68,20 @@
 //!
 //! # Where there are no files
 //!
-//! Without its default features the library reads pictures and meshes from bytes and writes blocks as bytes, and builds for
-//! `wasm32-unknown-unknown`: no stage uses a clock, files or threads of its own. The feature `files` adds what reads and writes by
-//! path, `svg` drawings as pictures, `cli` the command with the verifier and the report.
+//! Without its default features the library reads pictures and meshes from bytes and writes blocks
+//! as bytes, and builds for `wasm32-unknown-unknown`: no stage uses a clock, files or threads of
+//! its own. The feature `files` adds what reads and writes by path, `svg` drawings as pictures,
+//! `cli` the command with the verifier and the report.
 //!
-//! Vectors are those of [`glam`], pictures of results those of [`image`]; both are re-exported, so that a caller has the same
-//! version.
+//! Vectors are those of [`glam`], pictures of results those of [`image`]; both are re-exported, so
+//! that a caller has the same version.
 //!
 //! # Guarantees
 //!
-//! Every result is the same bits for any number of threads. Nothing that a caller passes makes the library panic, but what a
-//! `# Panics` section names. Errors are enums beside their stage, with the offending value, its limit and the remedy; most may grow
-//! (`non_exhaustive`). Stages are told to [`tracing`](https://docs.rs/tracing), which costs nothing as long as nobody listens.
+//! Every result is the same bits for any number of threads. Nothing that a caller passes makes the
+//! library panic, but what a `# Panics` section names. Errors are enums beside their stage, with
+//! the offending value, its limit and the remedy; most may grow (`non_exhaustive`). Stages are told
+//! to [`tracing`](https://docs.rs/tracing), which costs nothing as long as nobody listens.
 
 pub use {glam, image};
 
