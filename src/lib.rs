@@ -42,7 +42,7 @@
 //! 6. [`solid`]: the closed block, cut from a [`Blank`](solid::Blank); [`export`]: its files, which
 //!    appear whole or not at all, or their bytes.
 //! 7. [`fabricate`]: cutters and polish in simulation; [`report`]: pictures of what was found.
-//! 8. `spec`, `study`, `record` and `failure` (feature `cli`): settings as people write them, what
+//! 8. `spec`, `study`, `record` and `failure` (feature `study`): settings as people write them, what
 //!    is found out about a block and its files, and what is written down of it.
 //!
 //! The package `glasswarp-verify` opens the files and [traces light through
@@ -91,7 +91,7 @@ pub mod bench;
 pub mod cli;
 pub mod export;
 pub mod fabricate;
-#[cfg(feature = "cli")]
+#[cfg(feature = "study")]
 pub mod failure;
 pub mod forward;
 pub mod grid;
@@ -105,14 +105,14 @@ pub mod memory;
 pub mod optics;
 pub mod optim;
 pub mod pipeline;
-#[cfg(feature = "cli")]
+#[cfg(feature = "study")]
 pub mod record;
 pub mod report;
 pub mod solid;
 pub mod solver;
-#[cfg(feature = "cli")]
+#[cfg(feature = "study")]
 pub mod spec;
-#[cfg(feature = "cli")]
+#[cfg(feature = "study")]
 pub mod study;
 pub mod surface;
 pub mod transport;
