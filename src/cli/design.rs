@@ -123,7 +123,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
             LazyLock::force(&drawings);
         }
         let Some(target) = &target else { return Ok(None) };
-        let mesh = || first.mesh().map(|mesh| mesh.moved(origin_of(&first.side, first.path)));
+        let mesh = || first.mesh().map(|mesh| mesh.moved(origin_of(first.side, first.path)));
         let side = (name.as_str(), &first.side.bench, &first.side.design);
         DesignVerification::of(&plan, target, &block, side, mesh, &Machine)
     })?;

@@ -26,7 +26,7 @@ pub(super) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Opti
 pub(super) fn command() -> String {
     let quoted = |argument: std::ffi::OsString| {
         let text = argument.to_string_lossy().into_owned();
-        shlex::try_quote(&text).map_or_else(|_| text.clone(), |quoted| quoted.into_owned())
+        shlex::try_quote(&text).map_or_else(|_| text.clone(), std::borrow::Cow::into_owned)
     };
     std::iter::once("glasswarp".to_owned()).chain(std::env::args_os().skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
 }

@@ -34,7 +34,7 @@ impl Face {
     pub const WALLS: [Self; 4] = [Self::South, Self::East, Self::North, Self::West];
 
     /// Outward unit normal; of the exit face, that of its mean plane. Of a wall all around there is
-    /// none: [`Solid::normal_at`] knows it.
+    /// none: `Solid::normal_at` knows it.
     pub const fn normal(self) -> [f32; 3] {
         match self {
             Self::Exit => [0.0, 0.0, 1.0],

@@ -114,7 +114,7 @@ impl Ledger<'_> {
     }
 }
 
-/// The light of a block in every [view](VIEWS). Empty for another solid, or without a target.
+/// The light of a block in every view. Empty for another solid, or without a target.
 pub fn views(subject: &Subject, examiner: &Examiner) -> Result<Vec<Image>, Failure> {
     if examiner.target().is_none() || matches!(subject, Subject::Solid(_)) {
         return Ok(Vec::new());

@@ -1,10 +1,10 @@
 //! What is found out about a block: typed questions, typed answers. Nothing here prints, knows a
 //! command line, or opens a file but through its [`Host`](crate::spec::Host).
 //!
-//! A [`Plan`] is a design that can be made; [`DesignVerification`] judges its files. Any other
-//! solid is [placed](Placement) and [judged](Judgement), checked ([`CheckStudy`]), milled
-//! ([`MillStudy`]), put under [tolerances](ToleranceStudy), [swept](Swept), and seen in [white
-//! light](WhiteLight).
+//! A [`Plan`](design::Plan) is a design that can be made;
+//! [`DesignVerification`](verification::DesignVerification) judges its files. Any other solid is
+//! [placed](placement) and [judged](judge), [checked](check), [milled](mill), put under
+//! [tolerances](tolerance), [swept](sweep), and seen in [white light](white).
 //!
 //! Settings that messages speak of stand in backticks.
 

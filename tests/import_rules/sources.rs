@@ -246,7 +246,7 @@ fn tree(tree_of: &UseTree, path: &mut Vec<String>, imports: &mut Vec<Import>) {
         }
         UseTree::Name(name) => {
             let name = name.ident.to_string();
-            imports.push(Import { path: [&path[..], &[name.clone()]].concat(), name: Some(name) });
+            imports.push(Import { path: [&path[..], std::slice::from_ref(&name)].concat(), name: Some(name) });
         }
         UseTree::Rename(renamed) => {
             let mut whole = path.clone();

@@ -20,7 +20,7 @@
 //!    the rest of the light goes as [`Flux`]. Beams are free of noise; photons see rough faces and
 //!    extended sources, and know their own standard error ([`PhotonTally`]).
 //!    [`dispersion`] adds up the colours of white light.
-//! 6. [`metrics`] compares an image with its target, which [`reference`](crate::reference) reads
+//! 6. [`metrics`] compares an image with its target, which [`mod@reference`] reads
 //!    from a picture by a reader of its own. [`image_file`] writes images.
 //! 7. [`crosscheck`] puts the same block before other renderers.
 //!

@@ -108,7 +108,7 @@ fn edits_do_what_the_page_says_in_its_order() {
     same(&read(&levelled).light, &mean_one(NX, NY, |x, y| decode(graded(x, y))));
     let inverted = with(&levelled, |options| {
         options.invert = true;
-        options.offset = 0.2
+        options.offset = 0.2;
     });
     same(&read(&inverted).light, &mean_one(NX, NY, |x, y| decode(1.0 - graded(x, y)) + 0.2));
 }

@@ -48,7 +48,7 @@ impl Renderer {
         }
     }
 
-    /// The files of a scene's folder: those that [`Comparison`] writes, and what the renderer makes
+    /// The files of a scene's folder: those that `Comparison` writes, and what the renderer makes
     /// of them. `image` is for image mode.
     pub fn files(self, image: bool) -> Vec<String> {
         let mode = if image { "image" } else { "map" };

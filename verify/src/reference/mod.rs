@@ -18,7 +18,7 @@
 //! - What is not understood is refused by name ([`ReferenceError`]); no file makes the reader
 //!   panic, and none takes more memory than its length or its claimed pixels, whichever are fewer,
 //!   pay for.
-//! - The same bytes and [`Options`] give the same light to the last bit, for any number of threads.
+//! - The same bytes and [`ReadOptions`] give the same light to the last bit, for any number of threads.
 
 mod colour;
 mod decode;
