@@ -341,7 +341,7 @@ fn a_tolerance_gives_the_coarsest_net_that_keeps_it() {
     assert_eq!(last, 201, "1e-4 um needs all nodes");
     for um in [0.0, -1.0, 1e-6, f64::NAN, 1e9] {
         let error = choose_net(&surface, StepTolerance::Micrometres(um), &design()).unwrap_err().to_string();
-        assert!(error.contains("--step-tolerance"), "{error}");
+        assert!(error.contains(&format!("the tolerance of the STEP face is {um} um")), "{error}");
     }
 }
 

@@ -15,11 +15,12 @@ const DESIGNER: Package = Package { name: "glasswarp", folder: "src", roots: &["
 /// The stages of the designer, and what stands on them, each with what it may import besides
 /// itself.
 const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
+    ("main", &["cli"]),
     ("materials", &[]),
-    ("optics", &[]),
+    ("optics", &["bench"]),
     ("optim", &["grid"]),
     ("grid", &[]),
-    ("bench", &["grid", "light", "optics"]),
+    ("bench", &["grid", "light"]),
     ("light", &["bench", "grid", "optics"]),
     ("surface", &["grid"]),
     ("irradiance", &["bench", "grid", "light", "optics", "surface"]),
@@ -67,6 +68,7 @@ const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
             "export",
             "fabricate",
             "failure",
+            "forward",
             "grid",
             "irradiance",
             "light",

@@ -135,7 +135,13 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         }
     }
     progress.begin("drawing", 0);
-    let draw = || draw(&plan, verification.as_ref(), &block, &drawings, &outputs[0]);
+    let draw = || {
+        let write = |kind: &'static str, picture: &GrayImage| write_picture(&outputs[0], kind, picture);
+        match &verification {
+            Some(verification) => pages::design::draw(&plan, verification, &drawings, write),
+            None => pages::design::weakness(&plan, &block).iter().map(|picture| write(WEAKNESS, picture)).collect(),
+        }
+    };
     let write_page = || {
         let Some(path) = &report else { return Ok(()) };
         DesignPage {
@@ -190,24 +196,11 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     demand(judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
 }
 
-/// Draws what was judged, or the solver's own view of where light will be wrong, beside the first
-/// output.
-fn draw(
-    plan: &Plan,
-    verification: Option<&DesignVerification<'_>>,
-    block: &DesignedBlock,
-    drawings: &BlockDrawings,
-    output: &Path,
-) -> Result<Vec<PathBuf>, Failure> {
-    let write = |kind: &'static str, picture: &GrayImage| {
-        let path = files::picture_of(output, kind);
-        write_png(&path, picture).map_err(Failure::writing)?;
-        Ok(path)
-    };
-    match verification {
-        Some(verification) => pages::design::draw(plan, verification, drawings, write),
-        None => pages::design::weakness(plan, block).iter().map(|picture| write(WEAKNESS, picture)).collect(),
-    }
+/// Writes a picture beside the first output.
+fn write_picture(output: &Path, kind: &str, picture: &GrayImage) -> Result<PathBuf, Failure> {
+    let path = files::picture_of(output, kind);
+    write_png(&path, picture).map_err(Failure::writing)?;
+    Ok(path)
 }
 
 /// Fails if photons and beams contradict each other, or the error in the light that there is, after

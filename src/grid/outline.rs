@@ -1,6 +1,6 @@
 //! What a block looks like along the axis: a rectangle, a disc, a rectangle with rounded corners.
 
-use super::Extent;
+use super::extent::Extent;
 use glam::DVec2;
 use std::f64::consts::PI;
 

@@ -1,4 +1,4 @@
-use super::{Face, Solid};
+use super::{body::Solid, face::Face};
 use rayon::prelude::*;
 
 /// What [`Solid::check`] proved.

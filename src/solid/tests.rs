@@ -1,5 +1,9 @@
+use super::face::Diagonal;
 use super::*;
-use crate::grid::Field;
+use crate::{
+    grid::{Extent, Field},
+    surface::HeightField,
+};
 use proptest::prelude::*;
 
 fn surface(extent: Extent, nx: usize, ny: usize, h: impl Fn(f64, f64) -> f64) -> HeightField {

@@ -1,6 +1,6 @@
 //! Angles as people write them.
 
-use super::quantity::{number_and_unit, number_or_text};
+use super::quantity::{finite, number_and_unit, number_or_text};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::{fmt, str::FromStr};
 
@@ -23,7 +23,7 @@ impl FromStr for Angle {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (value, unit) = number_and_unit(text, '\u{b0}')?;
+        let (number, unit) = number_and_unit(text, '\u{b0}');
         let scale = match unit {
             "" | "deg" | "\u{b0}" => 1.0,
             "arcmin" => 1.0 / 60.0,
@@ -33,7 +33,7 @@ impl FromStr for Angle {
                 return Err(format!("unknown unit '{other}'; use deg, arcmin, mrad or rad (a bare number is degrees)"));
             }
         };
-        Ok(Self { deg: value * scale })
+        Ok(Self { deg: finite(number)? * scale })
     }
 }
 

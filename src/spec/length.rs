@@ -1,6 +1,6 @@
 //! Lengths as people write them.
 
-use super::quantity::{number_and_unit, number_or_text};
+use super::quantity::{finite, number_and_unit, number_or_text};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::{fmt, str::FromStr};
 
@@ -15,7 +15,7 @@ impl FromStr for Length {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (value, unit) = number_and_unit(text, '"')?;
+        let (number, unit) = number_and_unit(text, '"');
         let scale = match unit {
             "" | "mm" => 1.0,
             "cm" => 10.0,
@@ -23,7 +23,7 @@ impl FromStr for Length {
             "in" | "\"" => 25.4,
             other => return Err(format!("unknown unit '{other}'; use mm, cm, m or in (a bare number is mm)")),
         };
-        Ok(Self { mm: value * scale })
+        Ok(Self { mm: finite(number)? * scale })
     }
 }
 

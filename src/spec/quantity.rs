@@ -102,14 +102,18 @@ pub(crate) fn nearest<'a>(word: &str, known: impl Iterator<Item = &'a str>) -> O
 }
 
 /// A number and the unit behind it, which may be missing; `sign` is a unit that is no word.
-pub(crate) fn number_and_unit(text: &str, sign: char) -> Result<(f64, &str), String> {
+pub(crate) fn number_and_unit(text: &str, sign: char) -> (&str, &str) {
     let text = text.trim();
     // An exponent's e is part of the number, no unit begins with it.
     let is_unit = |c: char| c.is_alphabetic() && !matches!(c, 'e' | 'E') || c == sign;
     let (number, unit) = text.split_at(text.find(is_unit).unwrap_or(text.len()));
-    let number = number.trim();
+    (number.trim(), unit.trim())
+}
+
+/// A number that a quantity can have.
+pub(crate) fn finite(number: &str) -> Result<f64, String> {
     match number.parse::<f64>() {
-        Ok(value) if value.is_finite() => Ok((value, unit.trim())),
+        Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("'{number}' is no number")),
     }
 }

@@ -70,8 +70,10 @@ fn caustic_mesh(settings: &Settings, bench: &Bench, host: &dyn Host) -> Result<O
             name_of(solver)
         )));
     }
-    let mesh = CausticMesh::read(&host.bytes(path)?[..]).map_err(|error| match error {
-        CausticMeshError::Parse(source) => Failure::refused(CausticMeshError::Read { path: path.clone(), source }),
+    let unreadable = |source| Failure::refused(CausticMeshError::Read { path: path.clone(), source });
+    let bytes = host.read(path).map_err(|_| unreadable(tobj::LoadError::OpenFileFailed))?;
+    let mesh = CausticMesh::read(&bytes[..]).map_err(|error| match error {
+        CausticMeshError::Parse(source) => unreadable(source),
         other => Failure::refused(other),
     })?;
     mesh.check(bench).map_err(Failure::refused)?;

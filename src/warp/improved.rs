@@ -1,12 +1,12 @@
 //! Brightness warping that knows its own displacement and closes its loop.
 
 use super::{
-    AreaWeight, LEAST_TARGET, NAME,
+    limits::{LEAST_TARGET, NAME, check_bench, check_light},
     locate::{locate, refine},
     mesh::{ReceiverMesh, WarpMesh},
     pullback,
     relief::{check_rays, displaced_surface, landing_error_mm, mesh_heights},
-    solve::Run,
+    solve::{AreaWeight, Run},
 };
 use crate::{
     grid::{Field, area_resample},
@@ -134,7 +134,7 @@ impl Solver for Warping {
     ) -> Result<Solution, SolveError> {
         let (bench, target) = problem.single(NAME)?;
         check_nodes(NAME, nodes)?;
-        super::check_bench(NAME, bench)?;
+        check_bench(NAME, bench)?;
         if bench.light_direction().truncate().length() > 1e-9 {
             let what = "light at an angle to the axis";
             return Err(SolveError::Unsupported { solver: NAME, what, able: "transport" });
@@ -142,7 +142,7 @@ impl Solver for Warping {
         let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);
         let quads = finest_quads(receiver.pixels(target, bench), nodes);
         let wanted = receiver.flux(target, bench, quads);
-        super::check_light(&wanted, LEAST_TARGET)?;
+        check_light(&wanted, LEAST_TARGET)?;
         let weight = AreaWeight::Balanced(1.0);
         let mut run = Run { solver: NAME, bench, receiver: &receiver, weight, progress, summary: Summary::default() };
         let dark = wanted.min_max().0 < 0.1;

@@ -1,7 +1,7 @@
 //! The two meshes of section 3: fixed vertices `x` on the receiver, moving vertices `u` on the
 //! specular plane.
 
-use super::LEAST_TARGET;
+use super::limits::LEAST_TARGET;
 use crate::{
     bench::Bench,
     grid::{Extent, Field, area_resample, bilinear_resample},

@@ -16,6 +16,7 @@
 //! 0.1; they are counted and reported.
 
 mod improved;
+mod limits;
 mod locate;
 mod mesh;
 mod objective;
@@ -29,36 +30,8 @@ mod solve;
 mod tests;
 
 pub use improved::{Warping, WarpingOptions};
+pub use limits::LEAST_TARGET;
 pub use mesh::{FoldCount, WarpMesh, pyramid};
 pub use objective::WarpObjective;
 pub use paper::{WarpingPaper, WarpingPaperOptions};
 pub use solve::AreaWeight;
-
-use crate::{
-    bench::Bench,
-    grid::{Field, Outline},
-    light::Light,
-    solver::SolveError,
-};
-
-/// Least irradiance of a quad, relative to the mean.
-pub const LEAST_TARGET: f64 = 1e-3;
-
-const NAME: &str = "warping";
-const NAME_PAPER: &str = "warping-paper";
-
-fn check_light(cells: &Field<f64>, limit: f64) -> Result<(), SolveError> {
-    let least = cells.min_max().0 / cells.mean();
-    if least < limit { Err(SolveError::TooDark { least, limit }) } else { Ok(()) }
-}
-
-fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
-    let what = match bench.light() {
-        _ if bench.outline() != Outline::Rectangle => "blocks that are not rectangular",
-        Light::Point { .. } => "light from a point source",
-        Light::Parallel { .. } if bench.profile().is_some() => "light that is spread unevenly over the block",
-        Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",
-        Light::Parallel { .. } => return Ok(()),
-    };
-    Err(SolveError::Unsupported { solver, what, able: "transport" })
-}

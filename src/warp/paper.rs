@@ -1,7 +1,11 @@
 //! Brightness warping as the paper prints it: the reference of what the paper did.
 
 use super::{
-    AreaWeight, LEAST_TARGET, NAME_PAPER, locate::locate, mesh::ReceiverMesh, relief::normal_mapped_surface, solve::Run,
+    limits::{LEAST_TARGET, NAME_PAPER, check_bench, check_light},
+    locate::locate,
+    mesh::ReceiverMesh,
+    relief::normal_mapped_surface,
+    solve::{AreaWeight, Run},
 };
 use crate::{
     irradiance::CausticMesh,
@@ -83,11 +87,11 @@ impl Solver for WarpingPaper {
     ) -> Result<Solution, SolveError> {
         let (bench, target) = problem.single(NAME_PAPER)?;
         check_nodes(NAME_PAPER, nodes)?;
-        super::check_bench(NAME_PAPER, bench)?;
+        check_bench(NAME_PAPER, bench)?;
         let quads = (nodes.0 - 1, nodes.1 - 1);
         let receiver = ReceiverMesh::of(self.mesh.as_ref(), bench);
         let cells = receiver.flux(target, bench, quads);
-        super::check_light(&cells, LEAST_TARGET)?;
+        check_light(&cells, LEAST_TARGET)?;
         let lambda = self.options.lambda.unwrap_or_else(|| {
             let mean_area = bench.window().area_mm2() / (quads.0 * quads.1) as f64;
             super::WarpObjective::balanced_weight_mm2(bench, quads) / mean_area

@@ -2,7 +2,7 @@
 //! the receiver, and on the regular grid of the block, as the result.
 
 use super::{
-    NAME,
+    limits::NAME,
     locate::Places,
     mesh::{ReceiverMesh, WarpMesh},
 };
