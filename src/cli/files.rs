@@ -15,7 +15,7 @@ use crate::{
     report::{pages::design::pictures, write_png},
     spec::Settings,
     study::{
-        bench::record_of,
+        bench::{record_of, record_with},
         design::Plan,
         side_record::{height_map_entries, side_file},
     },
@@ -123,7 +123,7 @@ pub(crate) fn make<'a, T>(
         beam_sha256: plan.settings.beam.as_deref().map(hash_of).transpose()?,
     };
     let settings = Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
-    let (emission, bench) = (settings.emission.as_ref(), record_of(&plan.bench));
+    let (emission, bench) = (settings.emission.as_ref(), record_with(record_of(&plan.bench), &block.solid));
     let record = side_file(&settings, bench, &block.solid, sources, emission, &Machine)?;
     let beside = side_files::path_beside(&outputs[first]);
     let side = SideFile::parse(&side_files::text(&record, &beside)?, &beside)?;

@@ -143,7 +143,6 @@ pub fn record_of(bench: &Bench) -> BenchRecord {
         mirror: bench.exit_face() == ExitFace::Reflects,
         light_direction: light_direction.to_array(),
         source_mm,
-        picture_orientation: PICTURE_ORIENTATION,
         ..BenchRecord::default()
     }
 }
@@ -159,7 +158,6 @@ pub fn record_with(record: BenchRecord, solid: &Solid) -> BenchRecord {
         skirt_mm: (0.5 * (surface.extent().as_vec() - drawn_mm)).to_array(),
         nodes: [heights.nx(), heights.ny()],
         corner_radius_mm: surface.contour().radius_mm().to_array(),
-        picture_orientation: PICTURE_ORIENTATION,
         ..record
     }
 }
@@ -170,7 +168,7 @@ pub fn exit_face(record: &BenchRecord) -> ExitFace {
 }
 
 /// Which way round every picture lies.
-const PICTURE_ORIENTATION: &str = "seen on the receiver from the block's side: left is +x, top is +y";
+pub(super) const PICTURE_ORIENTATION: &str = "seen on the receiver from the block's side: left is +x, top is +y";
 
 /// What the exit face of a scene does.
 pub fn exit_face_of(scene: &Scene) -> ExitFace {

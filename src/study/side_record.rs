@@ -1,6 +1,6 @@
 //! The side file of a block that was made, filled in.
 
-use super::{bench::record_with, lamp::Lamp};
+use super::{bench::PICTURE_ORIENTATION, lamp::Lamp};
 use crate::{
     export::HeightMap,
     failure::Failure,
@@ -9,7 +9,7 @@ use crate::{
     spec::{Emission, Host, Length, LightName, Settings},
 };
 
-/// The side file of a block on its bench, without its files. `settings` name the picture, and their
+/// The side file of a block on its bench, which is recorded with it, without its files. `settings` name the picture, and their
 /// paths are those to be written; `sources` are its hashes.
 ///
 /// # Errors
@@ -39,7 +39,7 @@ pub fn side_file(
     };
     Ok(SideFile {
         design,
-        bench: BenchRecord { emission, ..record_with(bench, solid) },
+        bench: BenchRecord { emission, picture_orientation: PICTURE_ORIENTATION, ..bench },
         frame: frame(solid),
         work: None,
         picture: sources,
