@@ -20,8 +20,7 @@ use std::sync::Arc;
 /// A validated bench. See the [frame](crate#frame-units-signs).
 ///
 /// What [`new`](Self::new) does not ask for is chosen by `with_*`, in any order; each checks its
-/// part. Only a [profile](Self::with_profile) belongs to the light that it was measured in:
-/// choosing another light drops it.
+/// part and leaves the others as they are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bench {
     block: Extent,
@@ -182,7 +181,7 @@ impl Bench {
         if !unit.is_finite() || towards.is_nan() || towards < 1e-3 {
             return Err(BenchError::Direction { direction });
         }
-        (self.light, self.profile) = (Light::Parallel { direction: unit }, None);
+        self.light = Light::Parallel { direction: unit };
         Ok(self)
     }
 
@@ -237,7 +236,7 @@ impl Bench {
                 }
             }
         }
-        (self.light, self.profile) = (Light::Point { position_mm, thickness_mm, intensity }, None);
+        self.light = Light::Point { position_mm, thickness_mm, intensity };
         // The angle is greatest at a corner.
         let light = self.incidence();
         let corners = (0..4).map(|k| {
@@ -375,6 +374,28 @@ mod tests {
         let bench = bench.with_light_in_air(2.0 * air).unwrap();
         assert!((bench.light_direction().truncate() - air.truncate() / 1.5).length() < 1e-15);
         assert!((bench.light_in_air() - air).length() < 1e-15);
+    }
+
+    #[test]
+    fn parts_of_a_bench_are_chosen_in_any_order() {
+        let start = Bench::new(BLOCK, 250.0, ExitFace::Refracts { ior: 1.5 }).unwrap();
+        let source = DVec3::new(5.0, -3.0, -200.0);
+        let lit = |bench: Bench| bench.with_point_source(source, 20.0, Intensity::Isotropic).unwrap();
+        let profile = Profile::of(&lit(start.clone()), 20.0, |ray| 1.0 + ray.direction.x).unwrap();
+        let parts: [&dyn Fn(Bench) -> Bench; 5] = [
+            &|bench| bench.with_outline(Outline::Circle).unwrap(),
+            &|bench| bench.with_window(Extent::new(60.0, 50.0), DVec2::new(4.0, -7.0)).unwrap(),
+            &|bench| bench.with_receiver_turned(DVec3::new(0.1, 0.2, 0.0)).unwrap(),
+            &lit,
+            &|bench| bench.with_profile(profile.clone()),
+        ];
+        let in_order = parts.iter().fold(start.clone(), |bench, part| part(bench));
+        for first in 0..parts.len() {
+            for step in 1..parts.len() {
+                let order = (0..parts.len()).map(|k| (first + step * k) % parts.len());
+                assert_eq!(order.fold(start.clone(), |bench, k| parts[k](bench)), in_order, "{first}, {step}");
+            }
+        }
     }
 
     #[test]

@@ -522,7 +522,7 @@ fn benches_that_make_no_sense_are_refused_with_the_value_and_its_limit() {
         ("--offset nan", ["offset is NaN", "between 0"]),
         ("--nodes 2", ["2 height nodes", "between 9"]),
         ("--nodes 99999", ["99999", "8193"]),
-        ("--material cheese", ["cheese", "glasswarp materials"]),
+        ("--material cheese", ["cheese", "known are pmma"]),
         ("--thickness 2mm", ["2 mm", "--thickness"]),
         ("--thickness -1", ["-1 mm", "between"]),
         ("--solver magic", ["magic", "transport"]),

@@ -32,7 +32,10 @@ impl std::fmt::Debug for CosineFilter {
 }
 
 impl CosineFilter {
-    /// Plans for fields of `nx` by `ny`, both at least 2.
+    /// Plans for fields of `nx` by `ny`.
+    ///
+    /// # Panics
+    /// If one of them is less than 2.
     pub fn new(symmetry: Symmetry, nx: usize, ny: usize) -> Self {
         assert!(nx >= 2 && ny >= 2, "a cosine transform needs 2 x 2 values, not {nx} x {ny}");
         Self {
@@ -44,6 +47,9 @@ impl CosineFilter {
 
     /// Multiplies the cosine of frequency `(kx, ky)` in `field` by `symbol(kx, ky)`. A symbol of 1
     /// is the identity.
+    ///
+    /// # Panics
+    /// If the field has another size than planned for.
     pub fn apply(&mut self, field: &mut Field<f64>, symbol: impl Fn(usize, usize) -> f64 + Sync) {
         let (nx, ny) = (self.along_x.len, self.along_y.len);
         assert_eq!((field.nx(), field.ny()), (nx, ny), "a filter planned for another size");

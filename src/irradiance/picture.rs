@@ -192,7 +192,7 @@ impl PictureOptions {
         let found = exr::read(bytes, &request)?;
         let (light, factor, spread) = found.canvas.finish();
         let colour = match self.transfer {
-            Some(Transfer::Srgb) => "sRGB, as asked for (--transfer)",
+            Some(Transfer::Srgb) => "sRGB, as asked for",
             _ => "linear light, its brightest pixel white",
         };
         let understood = Understood {

@@ -280,7 +280,7 @@ impl Plan {
         }
         if finish.is_some_and(|finish| finish.polish.is_some()) && self.bench.outline() != Outline::Rectangle {
             return Err(Failure::Usage(
-                "a face is designed for its polish on rectangular blocks only (`outline` rectangle): next to a curved outline it would lose more light than it gains; 'glasswarp mill' tells what the polish takes from this block"
+                "a face is designed for its polish on rectangular blocks only (`outline` rectangle): next to a curved outline it would lose more light than it gains; milling it in simulation tells what the polish takes from it"
                     .into(),
             ));
         }

@@ -3,7 +3,7 @@
 use super::{
     judge::{Examiner, Subject},
     mill::{mill, polished},
-    workpiece::{View, surface_of, view, view_milled},
+    workpiece::{JudgedImage, surface_of, view, view_milled},
 };
 use crate::{fabricate::Pass, failure::Failure, record::document, spec::FinishPlan, surface::Polish};
 
@@ -12,7 +12,7 @@ pub struct Finished {
     /// The finish.
     pub plan: FinishPlan,
     /// The light after it.
-    pub view: View,
+    pub view: JudgedImage,
     /// Relative RMS errors after a polish a tenth weaker and a tenth stronger than planned.
     pub off: Option<[f64; 2]>,
 }
@@ -31,7 +31,7 @@ impl Finished {
         let (view, off) = match (plan.polish, cut) {
             (Some(polish), cut) => {
                 let surface = cut.as_ref().map_or(&design, |milled| &milled.surface);
-                let after = |share: f64| -> Result<View, Failure> {
+                let after = |share: f64| -> Result<JudgedImage, Failure> {
                     let polish = Polish::new(share * polish.sigma_mm()).map_err(Failure::refused)?;
                     view(examiner, block, &polished(surface, &design, polish))
                 };

@@ -10,11 +10,11 @@ use crate::{
 pub fn ior_of(settings: &Settings) -> Result<f64, Failure> {
     let named = |name: &String| {
         materials::by_name(name).ok_or_else(|| {
+            let known = materials::MATERIALS.iter().map(|material| material.name);
             Failure::Usage(format!(
-                "there is no material '{name}'{}; `glasswarp materials` lists those known, `ior` takes any index",
-                nearest(name, materials::MATERIALS.iter().map(|material| material.name))
-                    .map(|near| format!(", did you mean '{near}'?"))
-                    .unwrap_or_default()
+                "there is no material '{name}'{}; known are {}, and `ior` takes any index",
+                nearest(name, known.clone()).map(|near| format!(", did you mean '{near}'?")).unwrap_or_default(),
+                known.collect::<Vec<_>>().join(", ")
             ))
         })
     };

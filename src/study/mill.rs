@@ -5,7 +5,7 @@ use super::{
     changed::deflection_mm,
     design::shape,
     progress::{advance, begin},
-    workpiece::{View, Workpiece, view_milled},
+    workpiece::{JudgedImage, Workpiece, view_milled},
 };
 use crate::{
     export,
@@ -24,7 +24,7 @@ pub struct MillStep {
     /// The face after it.
     pub surface: HeightField,
     /// The light after it.
-    pub view: View,
+    pub view: JudgedImage,
 }
 
 impl MillStep {

@@ -4,7 +4,7 @@ use super::{
     bench::first_met,
     changed::{Followed, follow_picture},
     progress::{advance, begin},
-    workpiece::{View, Workpiece, with_face},
+    workpiece::{JudgedImage, Workpiece, with_face},
 };
 use crate::{failure::Failure, grid::Field, record::document, solver::Progress, spec::Settings, surface::HeightField};
 use glam::{DVec2, DVec3};
@@ -57,7 +57,7 @@ impl Tolerances {
 /// What tolerances do to a picture.
 pub struct ToleranceStudy {
     /// As designed.
-    pub designed: View,
+    pub designed: JudgedImage,
     /// What can be off.
     pub cases: Vec<ToleranceCase>,
     /// What means nothing on this bench.
@@ -100,7 +100,7 @@ pub struct ToleranceCase {
     pub name: String,
     /// The picture, and its relative RMS difference from that of the block as it was designed. None
     /// where none of the light falls into the window.
-    pub view: Option<(View, f64)>,
+    pub view: Option<(JudgedImage, f64)>,
     /// Where it is.
     pub place: Place,
 }
@@ -228,20 +228,20 @@ impl DesignedBench<'_> {
     }
 
     /// None where there is no light.
-    fn view(&self, image: Image) -> Result<Option<View>, Failure> {
+    fn view(&self, image: Image) -> Result<Option<JudgedImage>, Failure> {
         if image.values.iter().all(|&v| v == 0.0) {
             return Ok(None);
         }
-        Ok(self.piece.examiner.compare(&image)?.map(|metrics| View { image, metrics }))
+        Ok(self.piece.examiner.compare(&image)?.map(|metrics| JudgedImage { image, metrics }))
     }
 
-    fn compared(&self, image: Image, designed: &View) -> Result<Option<(View, f64)>, Failure> {
+    fn compared(&self, image: Image, designed: &JudgedImage) -> Result<Option<(JudgedImage, f64)>, Failure> {
         let Some(view) = self.view(image)? else { return Ok(None) };
         let moved = metrics::rel_rms(&view.image, &designed.image).map_err(Failure::refused)?;
         Ok(Some((view, moved)))
     }
 
-    fn case(&self, Change { name, block, scene }: Change, designed: &View) -> Result<ToleranceCase, Failure> {
+    fn case(&self, Change { name, block, scene }: Change, designed: &JudgedImage) -> Result<ToleranceCase, Failure> {
         let block = block.as_ref().unwrap_or(&self.block);
         let Followed { scene, moved_mm, growth } = follow_picture((&self.block, &self.scene), (block, scene))?;
         let view = self.compared(self.traced(block, &scene, BEAMS)?, designed)?;

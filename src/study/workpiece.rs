@@ -37,7 +37,7 @@ pub struct Workpiece {
 }
 
 /// The light of a block and how well it draws the picture.
-pub struct View {
+pub struct JudgedImage {
     /// Irradiance on the receiver.
     pub image: Image,
     /// How well it draws the picture.
@@ -75,7 +75,7 @@ impl Workpiece {
     }
 
     /// The light of a face on this block.
-    pub fn view(&self, surface: &HeightField) -> Result<View, Failure> {
+    pub fn view(&self, surface: &HeightField) -> Result<JudgedImage, Failure> {
         view(&self.examiner, &self.block, surface)
     }
 
@@ -100,7 +100,7 @@ pub fn view_milled(
     block: &Block,
     design: &HeightField,
     milled: Milled,
-) -> Result<(View, HeightField), Failure> {
+) -> Result<(JudgedImage, HeightField), Failure> {
     let heights = milled.surface.into_heights_mm();
     let (nx, ny) = (heights.nx(), heights.ny());
     let face = block.clone().with_sloped_face((nx, ny), heights.into_vec(), milled.slopes.into_vec());
@@ -112,20 +112,20 @@ pub fn view_milled(
     let along_y = (SCALLOP_BEAMS * high).div_ceil(ny - 1) * (ny - 1);
     let along_x = (SCALLOP_BEAMS * wide).max(nx - 1).min(MOST_BEAMS / along_y);
     let image = beams(&subject.tracer(&scene)?, along_x, along_y).image;
-    let view = View { metrics: compare(examiner, &image)?, image };
+    let view = JudgedImage { metrics: compare(examiner, &image)?, image };
     let Subject::Block(face) = subject else { unreachable!("it was made a block") };
     Ok((view, design.with_heights(Field::from_vec(nx, ny, face.into_heights_mm()))))
 }
 
 /// The light of another face on a block.
-pub fn view(examiner: &Examiner, block: &Block, surface: &HeightField) -> Result<View, Failure> {
+pub fn view(examiner: &Examiner, block: &Block, surface: &HeightField) -> Result<JudgedImage, Failure> {
     view_of(examiner, &Subject::Block(Box::new(with_face(block, surface)?)))
 }
 
 /// The light of the smooth surface of a block.
-pub fn view_of(examiner: &Examiner, block: &Subject) -> Result<View, Failure> {
+pub fn view_of(examiner: &Examiner, block: &Subject) -> Result<JudgedImage, Failure> {
     let image = examiner.trace(block, Surface::Spline, Geometry::Displaced)?.image;
-    Ok(View { metrics: compare(examiner, &image)?, image })
+    Ok(JudgedImage { metrics: compare(examiner, &image)?, image })
 }
 
 /// A block with another face.
@@ -160,6 +160,6 @@ const OUTLINE_TOLERANCE: f64 = 0.1;
 /// An outline that nobody made here.
 #[derive(Clone, Copy, Debug, thiserror::Error)]
 #[error(
-    "the outline of this block is neither an ellipse nor a rectangle with round corners, which checks and milling take; `glasswarp verify` takes any"
+    "the outline of this block is neither an ellipse nor a rectangle with round corners, which checks and milling take; a verification takes any"
 )]
 struct UnknownOutline;

@@ -57,8 +57,8 @@ impl Says {
         };
         if let Some(transfer) = asked {
             let words = match transfer {
-                Transfer::Srgb => "sRGB, as asked for (--transfer)",
-                Transfer::Linear => "linear light, as asked for (--transfer)",
+                Transfer::Srgb => "sRGB, as asked for",
+                Transfer::Linear => "linear light, as asked for",
             };
             return Ok(curve(Curve::Transfer(transfer), REC_709, words.into(), false));
         }

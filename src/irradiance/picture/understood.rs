@@ -82,7 +82,7 @@ impl Understood {
         let floor = |v: f64| (Transfer::Srgb.from_linear(v) * 1000.0).floor() / 1000.0;
         let ceil = |v: f64| (Transfer::Srgb.from_linear(v).min(1.0) * 1000.0).ceil() / 1000.0;
         Ok(Some(format!(
-            "the picture is nearly flat: its light differs by {:.2} % at most, which will hardly be seen (--levels {},{} makes its darkest light black and its brightest white)",
+            "the picture is nearly flat: its light differs by {:.2} % at most, which will hardly be seen (`levels {},{}` makes its darkest light black and its brightest white)",
             100.0 * spread(range),
             floor(range.0),
             ceil(range.1)
@@ -103,7 +103,7 @@ impl Understood {
                     let other = if background == Background::WHITE { "black" } else { "white" };
                     let art = if colour.1 <= 0.0 { "black" } else { "of one light" };
                     format!(
-                        "what it shows is {art}, and so is what lies behind its transparent parts ({background}); choose another background: --background {other}, or a colour as #rrggbb"
+                        "what it shows is {art}, and so is what lies behind its transparent parts ({background}); choose another background: `background {other}`, or a colour as #rrggbb"
                     )
                 }
                 _ => format!("every pixel is {}", share(range(Stage::Read).1)),
@@ -112,7 +112,7 @@ impl Understood {
         if flat(Stage::Placed) {
             let crop = self.edits.crop.map(|crop| crop.to_string()).unwrap_or_default();
             return format!(
-                "the part that is cut out of it (--crop {crop}) is {} all over",
+                "the part that is cut out of it (`crop {crop}`) is {} all over",
                 share(range(Stage::Placed).1)
             );
         }
@@ -121,12 +121,12 @@ impl Understood {
             let (least, greatest) = range(Stage::Placed);
             let value = |light: f64| Transfer::Srgb.from_linear(light);
             return format!(
-                "its levels (--levels {levels}) leave nothing of it, whose values lie between {:.3} and {:.3}",
+                "its levels (`levels {levels}`) leave nothing of it, whose values lie between {:.3} and {:.3}",
                 value(least),
                 value(greatest)
             );
         }
-        "its frame leaves nothing of it (--margin, --vignette)".into()
+        "its frame leaves nothing of it (`margin`, `vignette`)".into()
     }
 
     /// What was not plain about the picture, in one line; `None` if it was an upright picture of

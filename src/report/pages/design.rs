@@ -133,8 +133,8 @@ impl DesignPage<'_> {
             (Some(Some(verdict)), _) => {
                 format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
             }
-            (None, None) => "Not traced (--no-verify): this is the target.".into(),
-            _ => "As the solver itself sees it; no exported file was traced (--no-verify).".into(),
+            (None, None) => "Not traced: this is the target.".into(),
+            _ => "As the solver itself sees it; no exported file was traced.".into(),
         };
         light_view("Simulated light", light, exposure, note)
     }

@@ -11,7 +11,7 @@ use crate::{
         judge,
         mill::MillStudy,
         tolerance::ToleranceStudy,
-        workpiece::{View, Workpiece},
+        workpiece::{JudgedImage, Workpiece},
     },
 };
 use glasswarp_verify::Image;
@@ -47,7 +47,7 @@ pub(crate) fn maps(cutter: Cutter, subject: &Makeable, shape: &FaceShape) -> Vec
 
 /// The light of every tolerance.
 pub(crate) fn tolerances(study: &ToleranceStudy, exposure: Exposure) -> Vec<Captioned> {
-    let captioned = |name: &str, view: &View| Captioned {
+    let captioned = |name: &str, view: &JudgedImage| Captioned {
         caption: format!("{name}: {:.4}", view.metrics.rel_rms),
         picture: irradiance_picture(&judge::field_of(&view.image), exposure),
     };

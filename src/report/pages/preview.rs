@@ -17,7 +17,7 @@ use crate::{
     study::{
         design::Plan,
         judge::{self, Examiner},
-        workpiece::View,
+        workpiece::JudgedImage,
     },
 };
 use image::GrayImage;
@@ -28,7 +28,7 @@ pub(crate) struct PreviewPage<'a> {
     pub(crate) plan: &'a Plan,
     pub(crate) block: &'a DesignedBlock,
     pub(crate) examiner: &'a Examiner,
-    pub(crate) view: &'a View,
+    pub(crate) view: &'a JudgedImage,
     /// The command that made it.
     pub(crate) command: String,
 }

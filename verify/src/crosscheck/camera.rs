@@ -94,6 +94,12 @@ pub(super) fn hole(block: &Block, scene: &Scene) -> [DVec2; 2] {
     [lower + from.max(DVec2::ZERO), upper - to.max(DVec2::ZERO)]
 }
 
+/// Half the side of a square about the axis that is three times as wide as block and window, mm.
+pub(super) fn reach_mm(block: &Block, scene: &Scene) -> f64 {
+    let [from, to] = scene.window.corners_mm();
+    3.0 * [block.lower, block.upper, from, to].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max)
+}
+
 /// The receiver's axes in the bench's frame, as columns.
 pub(super) fn receiver(scene: &Scene) -> DMat3 {
     Scene::rotation(scene.receiver_turned).unwrap_or(DMat3::IDENTITY)

@@ -1,7 +1,7 @@
 //! Scenes for POV-Ray 3.7, and its pictures.
 
 use super::{
-    camera::{Camera, hole, light, receiver},
+    camera::{Camera, hole, light, reach_mm, receiver},
     error::CrosscheckError,
     job::{Code, Job, Run},
     renderer::Renderer,
@@ -91,10 +91,7 @@ pub(super) fn write(job: &Job, block: &Block, scene: &Scene, shaded: &ShadedMesh
         declare("Distance", scene.distance_mm)?;
         declare("Entry_Z", block.entry_z)?;
         declare("Top_Z", block.height_range_mm().1)?;
-        let window = &scene.window;
-        let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
-        let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
-        declare("Reach", 3.0 * reach.max_element())?;
+        declare("Reach", reach_mm(block, scene))?;
         let mut pair = |name: &str, v: DVec2| writeln!(out, "#declare {name} = <{}, {}>;", v.x, v.y);
         pair("Block_From", block.lower)?;
         pair("Block_To", block.upper)?;
@@ -116,8 +113,9 @@ pub(super) fn write(job: &Job, block: &Block, scene: &Scene, shaded: &ShadedMesh
                 writeln!(out, "#declare Mirror = {};", i32::from(scene.optics == Optics::Reflects))?;
             }
             Code::Irradiance { exposure, .. } => {
-                pair("Window_From", corners[0])?;
-                pair("Window_To", corners[1])?;
+                let [from, to] = scene.window.corners_mm();
+                pair("Window_From", from)?;
+                pair("Window_To", to)?;
                 let [from, to] = hole(block, scene);
                 pair("Hole_From", from)?;
                 pair("Hole_To", to)?;

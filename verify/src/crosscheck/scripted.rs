@@ -1,7 +1,7 @@
 //! Scenes for renderers that are driven by a script in Python, and their pictures.
 
 use super::{
-    camera::{Camera, hole, light, receiver},
+    camera::{Camera, hole, light, reach_mm, receiver},
     error::CrosscheckError,
     job::{Code, Job, Run},
     renderer::Renderer,
@@ -118,15 +118,12 @@ impl Script {
             for command in job.commands() {
                 writeln!(out, "#   {command}")?;
             }
-            let window = &scene.window;
-            let corners = [window.centre_mm - 0.5 * window.size_mm, window.centre_mm + 0.5 * window.size_mm];
-            let reach = block.lower.abs().max(block.upper.abs()).max(corners[0].abs()).max(corners[1].abs());
             writeln!(out, "PIXELS = ({}, {})", job.pixels.0, job.pixels.1)?;
             writeln!(out, "INDEX = {}", scene.ior())?;
             writeln!(out, "DISTANCE = {}", scene.distance_mm)?;
             writeln!(out, "ENTRY_Z = {}", block.entry_z)?;
             writeln!(out, "TOP_Z = {}", block.height_range_mm().1)?;
-            writeln!(out, "REACH = {}", 3.0 * reach.max_element())?;
+            writeln!(out, "REACH = {}", reach_mm(block, scene))?;
             let mut pair = |name: &str, v: DVec2| writeln!(out, "{name} = ({}, {})", v.x, v.y);
             pair("BLOCK_FROM", block.lower)?;
             pair("BLOCK_TO", block.upper)?;
@@ -150,8 +147,9 @@ impl Script {
                     writeln!(out, "MIRROR = {}", truth(scene.optics == Optics::Reflects))?;
                 }
                 Code::Irradiance { .. } => {
-                    pair("WINDOW_FROM", corners[0])?;
-                    pair("WINDOW_TO", corners[1])?;
+                    let [from, to] = scene.window.corners_mm();
+                    pair("WINDOW_FROM", from)?;
+                    pair("WINDOW_TO", to)?;
                     let [from, to] = hole(block, scene);
                     pair("HOLE_FROM", from)?;
                     pair("HOLE_TO", to)?;

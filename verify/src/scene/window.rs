@@ -22,6 +22,11 @@ impl Window {
     /// Most pixels in all: a film of them takes half a gigabyte.
     pub const MOST_PIXELS: usize = 1 << 26;
 
+    /// Its corners of least and of greatest coordinates, mm.
+    pub fn corners_mm(&self) -> [DVec2; 2] {
+        [self.centre_mm - 0.5 * self.size_mm, self.centre_mm + 0.5 * self.size_mm]
+    }
+
     pub(super) fn validate(&self) -> Result<(), SceneError> {
         in_range("the width of the window (mm)", self.size_mm.x, 1e-6, 1e9)?;
         in_range("the height of the window (mm)", self.size_mm.y, 1e-6, 1e9)?;
