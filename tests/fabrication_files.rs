@@ -361,6 +361,17 @@ fn height_maps_give_the_heights_back_within_their_resolution() {
         assert!((block.entry_z_mm() - solid.entry_z_mm()).abs() < 1e-12);
         let worst = block.heights_mm().iter().zip(heights).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(worst <= tolerance, "{name}: {worst} mm");
+        // Equal maps are equal files.
+        let again = folder.path().join(format!("again.{name}"));
+        HeightMap::of(&solid).write(&again).unwrap();
+        assert!(fs::read(&again).unwrap() == fs::read(&path).unwrap(), "{name}");
+    }
+    let layer = exr::prelude::read_first_flat_layer_from_file(folder.path().join("map.exr")).unwrap().layer_data;
+    let entries = HeightMap::of(&solid).entries();
+    assert_eq!(layer.attributes.other.len(), entries.len());
+    for (name, value) in entries {
+        let found = layer.attributes.other.get(&exr::prelude::Text::from(name));
+        assert_eq!(found, Some(&exr::prelude::AttributeValue::Text(value.as_str().into())), "{name}");
     }
     // What people read: the size to type, the orientation, the meaning of black and white.
     let file = fs::File::open(folder.path().join("map.png")).unwrap();

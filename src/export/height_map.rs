@@ -18,9 +18,12 @@ use crate::{
     grid::{Contour, Field},
     solid::Solid,
 };
-use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text,
-    WritableImage,
+use exr::{
+    meta::{MetaData, attribute, header::Header, magic_number, sequence_end},
+    prelude::{
+        AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, Text,
+        WritableImage,
+    },
 };
 use glam::DVec2;
 use image::{GrayImage, Luma};
@@ -269,28 +272,26 @@ impl HeightMap {
             .to_buffered(&mut bytes)
             .map_err(io::Error::other)?;
         let mut bytes = bytes.into_inner();
-        sort_attributes(&mut bytes);
+        sort_attributes(&mut bytes).map_err(io::Error::other)?;
         Ok(bytes)
     }
 }
 
-/// Puts the attributes in the header of an OpenEXR file into the order of their names. Its writer
-/// keeps them in a hash map, and equal maps shall be equal files. What follows the header does not
-/// depend on their order.
-fn sort_attributes(file: &mut [u8]) {
-    // Magic number and version; then name, type, length and value of each, and an empty name.
-    const BEGIN: usize = 8;
-    let mut attributes = Vec::new();
-    let mut at = BEGIN;
-    while file.get(at).is_some_and(|&byte| byte != 0) {
-        let text_end = |from: usize| Some(from + file.get(from..)?.iter().position(|&byte| byte == 0)? + 1);
-        let Some(length_at) = text_end(at).and_then(text_end) else { return };
-        let Some(length) = file.get(length_at..length_at + 4) else { return };
-        let end = length_at + 4 + u32::from_le_bytes([length[0], length[1], length[2], length[3]]) as usize;
-        let Some(attribute) = file.get(at..end) else { return };
-        attributes.push(attribute.to_vec());
-        at = end;
+/// Writes the header of an OpenEXR file of one layer anew, with its attributes in the order of
+/// their names. The encoder keeps them in a hash map and asks for no order, and equal maps shall be
+/// equal files. The new header is as long as the old one, and what follows does not depend on the
+/// order within.
+fn sort_attributes(file: &mut [u8]) -> exr::error::UnitResult {
+    let meta = MetaData::read_from_buffered(Cursor::new(&*file), true)?;
+    let mut attributes: Vec<_> = meta.headers.iter().flat_map(Header::all_named_attributes).collect();
+    attributes.sort_by_key(|&(name, _)| name);
+    let mut header = Vec::new();
+    magic_number::write(&mut header)?;
+    meta.requirements.write(&mut header)?;
+    for (name, value) in attributes {
+        attribute::write(name, &value, &mut header)?;
     }
-    attributes.sort();
-    file[BEGIN..at].copy_from_slice(&attributes.concat());
+    sequence_end::write(&mut header)?;
+    file[..header.len()].copy_from_slice(&header);
+    Ok(())
 }

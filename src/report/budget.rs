@@ -1,83 +1,118 @@
-//! What each step between the solver and the file does to the light, as one sheet: a bar and small
-//! pictures for every step.
+//! What each step between the solver and the file does to the light: a bar for every step, and small
+//! pictures beside it where there are any.
 
 use super::{
-    Exposure, difference_picture,
-    ink::{Lettering, line, write_from},
-    irradiance_picture,
+    pictures::{Exposure, difference_picture, irradiance_picture},
+    svg::{Anchor, Lettering, Pen, Svg},
 };
 use crate::grid::Field;
 use glam::DVec2;
-use image::{GrayImage, Luma, imageops};
+use image::{GrayImage, imageops};
 
-/// One step of the budget.
+/// A step of the error budget.
 #[derive(Clone, Debug)]
-pub struct BudgetRow {
+pub struct Cost {
     /// What is looked at.
     pub name: String,
-    /// The light that it draws, in picture order, mean 1, and its relative RMS error. `None` if it
-    /// is known to be that of another step, as the name says.
-    pub seen: Option<(Field<f64>, f64)>,
+    /// Relative RMS error of its light against the target, and by how much it alone moves the
+    /// light. `None` if it is known to be that of another step, as the name says.
+    pub errors: Option<(f64, f64)>,
 }
 
 const MARGIN: u32 = 16;
 /// Longer side of a small picture.
 const SMALL: u32 = 150;
-/// Height of a step without pictures.
-const NOTE: u32 = 34;
-const BARS: u32 = 560;
-const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 0.0 };
-const FINE: Lettering = Lettering { height: 8.5, grey: 110, halo: 0.0 };
+/// Heights of a step without errors, without pictures, and at least with pictures.
+const RISES: [u32; 3] = [34, 48, 78];
+const BARS: f64 = 560.0;
+/// Room for figures beyond the longest bar.
+const BEYOND: f64 = 90.0;
+const HEAD: u32 = 40;
+const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
+const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };
+const GRID: Pen = Pen { width: 0.6, grey: 205 };
+const BAR: u8 = 90;
 /// Ends of the logarithmic axis of errors, as powers of ten.
 const DECADES: (i32, i32) = (-4, 0);
 
-/// Draws the steps from top to bottom: the light, its difference from the target (four times
-/// enlarged, as in [`difference_picture`]), and the error as a bar on a logarithmic scale.
+/// How far along the axis an error lies, from 0 to 1.
+fn along(error: f64) -> f64 {
+    let decades = f64::from(DECADES.1 - DECADES.0);
+    ((error.log10() - f64::from(DECADES.0)) / decades).max(0.0).min(1.0)
+}
+
+/// An error with the digits that tell steps apart.
+pub(super) fn rounded(error: f64) -> String {
+    if error < 1e-3 { format!("{error:.5}") } else { format!("{error:.4}") }
+}
+
+/// Draws the steps from top to bottom, the error as a bar on a logarithmic scale.
+pub fn budget_chart(costs: &[Cost]) -> Svg {
+    chart(&costs.iter().map(|cost| (cost, Vec::new())).collect::<Vec<_>>(), &[], (0, 0))
+}
+
+/// The same with the light of the steps that have one, in picture order and of mean 1, and its
+/// difference from the target (four times enlarged, as in [`difference_picture`]).
 ///
 /// # Panics
 /// If the pictures have another size than the target.
-pub fn budget_sheet(target: &Field<f64>, steps: &[BudgetRow], exposure: Exposure) -> GrayImage {
+pub fn budget_sheet(target: &Field<f64>, steps: &[(Cost, Option<Field<f64>>)], exposure: Exposure) -> GrayImage {
     let scale = f64::from(SMALL) / target.nx().max(target.ny()) as f64;
     let small = |n: usize| ((n as f64 * scale).round() as u32).max(1);
     let (width, height) = (small(target.nx()), small(target.ny()));
-    let rise = |step: &BudgetRow| if step.seen.is_some() { height.max(64) + 14 } else { NOTE };
-    let left = 2 * (MARGIN + width) + 8;
-    let head = 40;
-    let total = head + steps.iter().map(rise).sum::<u32>() + MARGIN;
-    let mut sheet = GrayImage::from_pixel(left + MARGIN + BARS + 90, total, Luma([255]));
-    let decades = f64::from(DECADES.1 - DECADES.0);
-    let along = |error: f64| {
-        let power = (error.log10() - f64::from(DECADES.0)).clamp(0.0, decades);
-        f64::from(left + MARGIN) + f64::from(BARS) * power / decades
+    let shrunk = |picture| imageops::resize(&picture, width, height, imageops::FilterType::Triangle);
+    let pictures = |light: &Field<f64>| {
+        vec![shrunk(irradiance_picture(light, exposure)), shrunk(difference_picture(target, light, exposure))]
     };
+    let rows: Vec<_> =
+        steps.iter().map(|(cost, light)| (cost, light.as_ref().map(pictures).unwrap_or_default())).collect();
+    chart(&rows, &["the light", "difference × 4"], (width, height)).raster()
+}
+
+fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u32, u32)) -> Svg {
+    let rise = |(cost, pictures): &(&Cost, Vec<GrayImage>)| match cost.errors {
+        None => RISES[0],
+        Some(_) if pictures.is_empty() => RISES[1],
+        Some(_) => RISES[2].max(height + 14),
+    };
+    let columns = titles.len() as u32;
+    let begin = f64::from(columns * (MARGIN + width) + MARGIN + if columns > 0 { 8 } else { 0 });
+    let end = begin + BARS + BEYOND;
+    let total = HEAD + rows.iter().map(rise).sum::<u32>() + MARGIN;
+    let mut sheet = Svg::new(end as u32 + MARGIN, total);
+    let place = |error: f64| begin + BARS * along(error);
     for power in DECADES.0..=DECADES.1 {
-        let x = along(10f64.powi(power));
-        line(&mut sheet, DVec2::new(x, 34.0), DVec2::new(x, f64::from(total - MARGIN)), 0.3, 205);
+        let x = place(10f64.powi(power));
+        sheet.line(DVec2::new(x, 34.0), DVec2::new(x, f64::from(total - MARGIN)), GRID);
         let label = format!("{:.*}", (-power).max(0) as usize, 10f64.powi(power));
-        write_from(&mut sheet, DVec2::new(x - 12.0, 26.0), &label, FINE);
+        let anchor = if power == DECADES.0 { Anchor::Start } else { Anchor::Middle };
+        sheet.text(DVec2::new(x, 26.0), anchor, &label, FINE);
     }
-    write_from(&mut sheet, DVec2::new(f64::from(left + MARGIN), 10.0), "relative RMS error", FINE);
-    write_from(&mut sheet, DVec2::new(f64::from(MARGIN), 26.0), "the light", FINE);
-    write_from(&mut sheet, DVec2::new(f64::from(2 * MARGIN + width), 26.0), "difference × 4", FINE);
-    let mut top = head;
-    for step in steps {
-        let middle = f64::from(top) + 0.5 * f64::from(rise(step));
-        let text_left = f64::from(left + MARGIN) + 4.0;
-        if let Some((light, error)) = &step.seen {
-            let pictures = [irradiance_picture(light, exposure), difference_picture(target, light, exposure)];
-            for (k, picture) in (0u32..).zip(&pictures) {
-                let shrunk = imageops::resize(picture, width, height, imageops::FilterType::Triangle);
-                imageops::replace(&mut sheet, &shrunk, i64::from(MARGIN + k * (width + MARGIN)), i64::from(top));
-            }
-            write_from(&mut sheet, DVec2::new(text_left, middle - 18.0), &step.name, Lettering { halo: 2.0, ..TEXT });
-            let (begin, end) = (DVec2::new(along(0.0), middle + 6.0), DVec2::new(along(*error), middle + 6.0));
-            line(&mut sheet, begin, end, 6.0, 90);
-            let value = if *error < 1e-3 { format!("{error:.5}") } else { format!("{error:.4}") };
-            write_from(&mut sheet, end + DVec2::new(14.0, 0.0), &value, Lettering { halo: 2.0, ..TEXT });
-        } else {
-            write_from(&mut sheet, DVec2::new(text_left, middle), &step.name, Lettering { halo: 2.0, ..TEXT });
+    sheet.text(DVec2::new(begin, 9.0), Anchor::Start, "relative RMS error", FINE);
+    for (k, title) in (0u32..).zip(titles) {
+        sheet.text(DVec2::new(f64::from(MARGIN + k * (width + MARGIN)), 26.0), Anchor::Start, title, FINE);
+    }
+    let mut top = HEAD;
+    for row in rows {
+        let (cost, pictures) = row;
+        let middle = f64::from(top) + 0.5 * f64::from(rise(row));
+        let left = begin + 4.0;
+        for (k, picture) in (0u32..).zip(pictures) {
+            sheet.picture(MARGIN + k * (width + MARGIN), top, picture.clone());
         }
-        top += rise(step);
+        if let Some((error, moved)) = cost.errors {
+            const MOVED: f64 = 190.0;
+            sheet.fitted_text(DVec2::new(left, middle - 12.0), Anchor::Start, &cost.name, TEXT, end - left - MOVED);
+            let moved = format!("moves the light by {}", rounded(moved));
+            sheet.text(DVec2::new(end, middle - 12.0), Anchor::End, &moved, FINE);
+            // Whole pixels, whose middles have whole numbers.
+            let low = DVec2::new(begin, (middle + 2.0).round()) - 0.5;
+            sheet.area(low, DVec2::new(place(error) - begin, 12.0), BAR);
+            sheet.text(DVec2::new(place(error) + 8.0, low.y + 6.0), Anchor::Start, &rounded(error), TEXT);
+        } else {
+            sheet.fitted_text(DVec2::new(left, middle), Anchor::Start, &cost.name, TEXT, end - left);
+        }
+        top += rise(row);
     }
     sheet
 }
@@ -90,22 +125,30 @@ mod tests {
     #[test]
     fn greater_errors_have_longer_bars() {
         let target = TargetIrradiance::new(Field::from_fn(60, 40, |i, _| 1.0 + i as f64)).unwrap();
-        let step = |error: f64| BudgetRow { name: "step".into(), seen: Some((target.cells().clone(), error)) };
-        let note = BudgetRow { name: "the same".into(), seen: None };
+        let step =
+            |error: f64| (Cost { name: "step".into(), errors: Some((error, error)) }, Some(target.cells().clone()));
+        let note = (Cost { name: "the same".into(), errors: None }, None);
         let exposure = Exposure::of(&target, Transfer::Linear);
         let sheet = budget_sheet(target.cells(), &[step(1e-3), step(1e-1), note], exposure);
         let ink = |rows: std::ops::Range<u32>| {
-            let bars = 2 * (MARGIN + SMALL) + 30..sheet.width();
+            let bars = 2 * (MARGIN + SMALL)..sheet.width();
             rows.flat_map(|j| bars.clone().map(move |i| (i, j)))
-                .filter(|&(i, j)| sheet.get_pixel(i, j).0[0] == 90)
+                .filter(|&(i, j)| sheet.get_pixel(i, j).0[0] == BAR)
                 .count()
         };
         let (short, long) = (ink(40..154), ink(154..268));
-        // One decade against three; six pixels at the beginning are not counted, and edges are
-        // grey.
+        // One decade against three. Edges are grey, and letters may have a pixel of a bar's grey.
         let ratio = long as f64 / short as f64;
         assert!(short > 1000 && (2.95..3.15).contains(&ratio), "{short} {long}");
-        // Letters may have a pixel of a bar's grey.
         assert!(ink(268..sheet.height()) < 20);
+    }
+
+    #[test]
+    fn a_chart_takes_words_as_words_and_errors_beyond_its_axis() {
+        assert_eq!([1e-5, 1e-4, 1e-2, 5.0].map(along), [0.0, 0.0, 0.5, 1.0]);
+        assert_eq!([along(0.0), along(f64::NAN)], [0.0; 2]);
+        let cost = |error| Cost { name: "a <step>".into(), errors: Some((error, 0.0)) };
+        let chart = budget_chart(&[cost(0.0), cost(f64::NAN), cost(f64::INFINITY)]);
+        assert!(chart.raster().pixels().any(|p| p.0[0] == BAR));
     }
 }

@@ -1,7 +1,7 @@
 //! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions,
 //! its axes and its origin.
 
-use super::ink::{Lettering, line, write, write_from};
+use super::svg::{Anchor, Lettering, Pen, Svg, arrow, ring};
 use crate::{
     bench::{Bench, ExitFace},
     grid::Outline,
@@ -9,7 +9,6 @@ use crate::{
     solid::Solid,
 };
 use glam::{DVec2, DVec3};
-use image::{GrayImage, Luma};
 
 /// Longer side of the view from above, pixels.
 const PLAN: f64 = 620.0;
@@ -23,15 +22,18 @@ const SECTION: f64 = 120.0;
 const MOST_STRETCH: f64 = 20.0;
 const TEXT: Lettering = Lettering { height: 12.0, grey: 20, halo: 2.0 };
 const NOTE: Lettering = Lettering { height: 11.0, grey: 20, halo: 0.0 };
-/// Half widths of outlines and of dimension lines, pixels, and their greys.
-const OUTLINE: (f64, u8) = (1.1, 0);
-const DIMENSION: (f64, u8) = (0.5, 110);
+const OUTLINE: Pen = Pen { width: 2.2, grey: 0 };
+const DIMENSION: Pen = Pen { width: 1.0, grey: 110 };
+const AXIS: Pen = Pen { width: 1.4, grey: 0 };
+const RAY: Pen = Pen { width: 1.4, grey: 110 };
+/// Length of an arrow's head, pixels.
+const HEAD: f64 = 11.0;
 
 /// Draws a block in the coordinates of its files, mm, with its light and the way to its receiver.
 ///
 /// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies
 /// in the plane `y = 0` of the bench, with heights stretched as it says.
-pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> GrayImage {
+pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> Svg {
     let stock = solid.stock_extent();
     let scale = PLAN / stock.width_mm.max(stock.height_mm);
     let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
@@ -39,7 +41,7 @@ pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> GrayImage {
     let size = DVec2::new(scale * stock.width_mm, scale * stock.height_mm);
     let width = (size.x + 2.0 * MARGIN + NOTES) as u32;
     let height = (size.y + tall + 3.0 * MARGIN) as u32;
-    let mut image = GrayImage::from_pixel(width, height, Luma([255]));
+    let mut image = Svg::new(width, height);
     let centre = DVec2::new(MARGIN, MARGIN) + 0.5 * size;
     let plan = Plan { solid, scale, centre };
     plan.draw(&mut image);
@@ -48,7 +50,7 @@ pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> GrayImage {
     let notes = notes(solid, bench, stretch);
     for (k, note) in notes.iter().enumerate() {
         let at = DVec2::new(size.x + 2.0 * MARGIN, MARGIN + 26.0 * k as f64);
-        write_from(&mut image, at, note, NOTE);
+        image.fitted_text(at, Anchor::Start, note, NOTE, NOTES);
     }
     image
 }
@@ -144,12 +146,12 @@ impl Plan<'_> {
         self.centre + self.scale * DVec2::new(point.x, -point.y)
     }
 
-    fn draw(&self, image: &mut GrayImage) {
+    fn draw(&self, image: &mut Svg) {
         let (face, stock) = (0.5 * self.solid.extent().as_vec(), 0.5 * self.solid.stock_extent().as_vec());
-        closed(image, self.solid.outline().iter().map(|&p| self.at(p)));
+        image.stroke(&ring(self.solid.outline().iter().map(|&p| self.at(p))), OUTLINE);
         if self.solid.shape().rim.is_some() {
             let inner = self.solid.surface().contour().polygon(1e-3 * face.max_element());
-            closed(image, inner.iter().map(|&p| self.at(p)));
+            image.stroke(&ring(inner.iter().map(|&p| self.at(p))), OUTLINE);
             dimension(
                 image,
                 self.at(DVec2::new(-face.x, face.y)),
@@ -177,25 +179,21 @@ impl Plan<'_> {
             60.0,
             &mm(2.0 * stock.y),
         );
-        write(image, DVec2::new(self.centre.x, 22.0), 0.0, "seen from above the exit face", TEXT);
+        image.text(DVec2::new(self.centre.x, 22.0), Anchor::Middle, "seen from above the exit face", TEXT);
         let corner = self.at(face) + DVec2::new(-96.0, 22.0);
-        write(image, corner, 0.0, "picture's top left", TEXT);
+        image.text(corner, Anchor::Middle, "picture's top left", TEXT);
         self.origin(image);
     }
 
     /// The origin of the files and its axes.
-    fn origin(&self, image: &mut GrayImage) {
+    fn origin(&self, image: &mut Svg) {
         let origin = self.at(self.solid.origin_mm().truncate());
         for (direction, name) in [(DVec2::new(1.0, 0.0), "x"), (DVec2::new(0.0, -1.0), "y")] {
-            arrow(image, origin, origin + 70.0 * direction, 0);
-            write(image, origin + 86.0 * direction, 0.0, name, TEXT);
+            image.stroke(&arrow(origin, origin + 70.0 * direction, HEAD), AXIS);
+            image.text(origin + 86.0 * direction, Anchor::Middle, name, TEXT);
         }
-        for k in 0..24 {
-            let ends =
-                [k, k + 1].map(|k| origin + 7.0 * DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 24.0));
-            line(image, ends[0], ends[1], 0.9, 0);
-        }
-        write(image, origin + DVec2::new(34.0, 18.0), 0.0, "origin", TEXT);
+        image.circle(origin, 7.0, Pen { width: 1.8, grey: 0 });
+        image.text(origin + DVec2::new(34.0, 18.0), Anchor::Middle, "origin", TEXT);
     }
 }
 
@@ -217,7 +215,7 @@ impl Section<'_> {
         DVec2::new(self.left + self.scale * from_left, self.bottom - self.scale * above)
     }
 
-    fn draw(&self, image: &mut GrayImage) {
+    fn draw(&self, image: &mut Svg) {
         let (face, stock) = (self.solid.extent(), self.solid.stock_extent());
         let heights = self.solid.surface().heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
@@ -233,9 +231,10 @@ impl Section<'_> {
             profile.extend([self.at(inner, rim_z), self.at(half, rim_z)]);
         }
         profile.extend([self.at(half, entry), self.at(-half, entry)]);
-        closed(image, profile.into_iter());
-        dashed(image, self.at(-half, 0.0) - DVec2::new(20.0, 0.0), self.at(half, 0.0) + DVec2::new(20.0, 0.0));
-        write_from(image, self.at(half, 0.0) + DVec2::new(26.0, 0.0), "mean exit plane", NOTE);
+        image.stroke(&ring(profile), OUTLINE);
+        let beyond = DVec2::new(20.0, 0.0);
+        image.dashed(self.at(-half, 0.0) - beyond, self.at(half, 0.0) + beyond, DIMENSION);
+        image.text(self.at(half, 0.0) + DVec2::new(26.0, 0.0), Anchor::Start, "mean exit plane", NOTE);
         let thickness = mm(self.solid.thickness_mm());
         dimension(image, self.at(-half, top), self.at(-half, entry), DVec2::new(-1.0, 0.0), 60.0, &thickness);
         for k in 0..5 {
@@ -243,16 +242,17 @@ impl Section<'_> {
             let (z, direction) = self.light_at(x, entry, top);
             let along = DVec2::new(direction.x, -direction.z).normalize_or(DVec2::NEG_Y);
             let foot = self.at(x, z);
-            arrow(image, foot - 48.0 * along, foot - 8.0 * along, 110);
+            image.stroke(&arrow(foot - 48.0 * along, foot - 8.0 * along, HEAD), RAY);
         }
         if let ExitFace::Refracts { .. } = self.bench.exit_face() {
-            write(image, self.at(0.0, entry) + DVec2::new(0.0, 66.0), 0.0, "light", TEXT);
+            image.text(self.at(0.0, entry) + DVec2::new(0.0, 66.0), Anchor::Middle, "light", TEXT);
         }
         let origin = self.solid.origin_mm();
         let at = self.at(origin.x, origin.z);
-        line(image, at - DVec2::new(9.0, 0.0), at + DVec2::new(9.0, 0.0), 1.2, 0);
-        line(image, at - DVec2::new(0.0, 9.0), at + DVec2::new(0.0, 9.0), 1.2, 0);
-        write(image, at + DVec2::new(34.0, -16.0), 0.0, "origin", TEXT);
+        let pen = Pen { width: 2.4, grey: 0 };
+        image.line(at - DVec2::new(9.0, 0.0), at + DVec2::new(9.0, 0.0), pen);
+        image.line(at - DVec2::new(0.0, 9.0), at + DVec2::new(0.0, 9.0), pen);
+        image.text(at + DVec2::new(34.0, -16.0), Anchor::Middle, "origin", TEXT);
     }
 
     /// Where light that comes to `x` is shown to arrive, and along which direction in air.
@@ -269,40 +269,16 @@ impl Section<'_> {
     }
 }
 
-fn closed(image: &mut GrayImage, points: impl Iterator<Item = DVec2>) {
-    let points: Vec<DVec2> = points.collect();
-    for k in 0..points.len() {
-        line(image, points[k], points[(k + 1) % points.len()], OUTLINE.0, OUTLINE.1);
-    }
-}
-
-fn dashed(image: &mut GrayImage, a: DVec2, b: DVec2) {
-    let pieces = ((b - a).length() / 14.0).ceil();
-    for k in (0..pieces as usize).step_by(2) {
-        let at = |k: usize| a.lerp(b, (k as f64 / pieces).min(1.0));
-        line(image, at(k), at(k + 1), DIMENSION.0, DIMENSION.1);
-    }
-}
-
-fn arrow(image: &mut GrayImage, from: DVec2, to: DVec2, grey: u8) {
-    line(image, from, to, 0.7, grey);
-    let back = (from - to).normalize_or_zero();
-    for side in [0.35, -0.35] {
-        line(image, to, to + 11.0 * DVec2::from_angle(side).rotate(back), 0.7, grey);
-    }
-}
-
 /// A length between two points, drawn `away` pixels to one side.
-fn dimension(image: &mut GrayImage, a: DVec2, b: DVec2, side: DVec2, away: f64, text: &str) {
+fn dimension(image: &mut Svg, a: DVec2, b: DVec2, side: DVec2, away: f64, text: &str) {
     let shift = away * side;
     for end in [a, b] {
-        line(image, end + 6.0 * side, end + shift + 6.0 * side, DIMENSION.0, DIMENSION.1);
+        image.line(end + 6.0 * side, end + shift + 6.0 * side, DIMENSION);
     }
     let (from, to) = (a + shift, b + shift);
-    arrow(image, from, to, DIMENSION.1);
-    arrow(image, to, from, DIMENSION.1);
+    image.stroke(&(arrow(from, to, HEAD) + &arrow(to, from, HEAD)), DIMENSION);
     let angle = if side.x == 0.0 { 0.0 } else { -std::f64::consts::FRAC_PI_2 };
-    write(image, 0.5 * (from + to), angle, text, Lettering { halo: 6.0, ..TEXT });
+    image.turned_text(0.5 * (from + to), Anchor::Middle, angle, text, Lettering { halo: 6.0, ..TEXT });
 }
 
 #[cfg(test)]
@@ -366,7 +342,7 @@ mod tests {
 
     #[test]
     fn the_outline_is_drawn_where_the_block_is() {
-        let image = dimensioned_drawing(&solid(Shape::default()), &glass());
+        let image = dimensioned_drawing(&solid(Shape::default()), &glass()).raster();
         let dark = |x: f64, y: f64| image.get_pixel(x as u32, y as u32).0[0] < 100;
         let (width, height) = (PLAN, PLAN * 40.0 / 60.0);
         // Left, right, upper and lower edge at a quarter of their length, where nothing else is.

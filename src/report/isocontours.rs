@@ -1,24 +1,28 @@
 //! Lines of equal height with their heights in mm (figures 12 to 14 of the paper, part c).
 
 use super::{
-    ink::{Lettering, blend, text_width, write},
-    sheet::sheet,
+    sheet::{Captioned, sheet},
+    svg::{Anchor, Lettering, Pen, Svg, path, ring, text_width},
 };
 use crate::{
     grid::Field,
     irradiance::to_picture_order,
     surface::{HeightField, SurfaceSpline},
 };
+use contour::ContourBuilder;
 use glam::DVec2;
 use image::{GrayImage, Luma};
 use rayon::prelude::*;
+use std::collections::HashMap;
 
 /// Greatest number of height intervals between the lowest and the highest point.
 const MOST_INTERVALS: f64 = 18.0;
 /// Every so many lines one is thicker.
 const INDEX: i64 = 5;
-/// Half widths of an ordinary line and of a thicker one, pixels.
-const HALF_WIDTHS: [f64; 2] = [0.55, 1.0];
+/// Widths of an ordinary line and of a thicker one, pixels.
+const WIDTHS: [f64; 2] = [1.1, 2.0];
+/// From one sample of the height to the next along a line, pixels.
+const SAMPLE_PX: f64 = 2.0;
 /// Greys of the lowest and of the highest place between the lines: just enough to tell hills from
 /// hollows.
 const TINT: [f64; 2] = [214.0, 255.0];
@@ -46,7 +50,7 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
 pub struct Isocontours {
     /// The lines. It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
     /// block is thicker.
-    pub picture: GrayImage,
+    pub picture: Svg,
     caption: String,
 }
 
@@ -75,7 +79,7 @@ impl Isocontours {
 
     /// The picture on a sheet with a caption.
     pub fn sheet(&self) -> GrayImage {
-        sheet(&[(self.caption.clone(), self.picture.clone())])
+        sheet(vec![Captioned { caption: self.caption.clone(), picture: self.picture.raster() }], 1)
     }
 }
 
@@ -89,33 +93,38 @@ fn rounded(mm: f64) -> f64 {
     (mm * 1e6).round() / 1e6
 }
 
-fn drawing(surface: &HeightField, spline: &SurfaceSpline, interval: Option<f64>, longest_px: u32) -> GrayImage {
+fn drawing(surface: &HeightField, spline: &SurfaceSpline, interval: Option<f64>, longest_px: u32) -> Svg {
     let size = surface.extent().as_vec();
     let longest = f64::from(longest_px.max(64));
     let [width, height] = (size / size.max_element() * longest).round().max(DVec2::splat(2.0)).to_array();
+    let mut drawing = Svg::new(width as u32, height as u32);
+    let Some(interval) = interval else { return drawing };
     let relief = Relief::sample(surface, spline, width as usize, height as usize);
     let (low, high) = surface.range_mm();
-    let mut image = GrayImage::from_pixel(width as u32, height as u32, Luma([TINT[1] as u8]));
-    if let Some(interval) = interval {
-        for (i, j, pixel) in image.enumerate_pixels_mut() {
-            let [z, ..] = relief.at(i as usize, j as usize);
-            let grey = TINT[0] + (TINT[1] - TINT[0]) * ((z - low) / (high - low)).clamp(0.0, 1.0);
-            *pixel = Luma([grey.round() as u8]);
-        }
-        draw_lines(&mut image, &relief, interval);
-        draw_labels(&mut image, &relief, interval);
-    }
+    let last = DVec2::new(width, height) - 1.0;
+    // From +x and +y to right and down.
+    let place = |at: DVec2| (0.5 - at / size) * last;
     let outline = surface.contour();
-    if !outline.is_rectangle() {
-        let (columns, rows) = (width as usize, height as usize);
-        for (i, j, pixel) in image.enumerate_pixels_mut() {
-            // From +x and +y to right and down.
-            if !outline.contains(-surface.extent().node(i as usize, j as usize, columns, rows)) {
-                *pixel = Luma([255]);
-            }
+    let tint = GrayImage::from_fn(width as u32, height as u32, |i, j| {
+        let at = -surface.extent().node(i as usize, j as usize, width as usize, height as usize);
+        if !outline.is_rectangle() && !outline.contains(at) {
+            return Luma([255]);
         }
-    }
-    image
+        let [z, ..] = relief.at(i as usize, j as usize);
+        let grey = TINT[0] + (TINT[1] - TINT[0]) * ((z - low) / (high - low)).clamp(0.0, 1.0);
+        Luma([grey.round() as u8])
+    });
+    drawing.picture(0, 0, tint);
+    let edge = if outline.is_rectangle() {
+        ring([DVec2::ZERO, DVec2::new(last.x, 0.0), last, DVec2::new(0.0, last.y)])
+    } else {
+        ring(outline.polygon(1e-4 * size.max_element()).into_iter().map(place))
+    };
+    drawing.within(&edge, |drawing| {
+        draw_lines(drawing, surface, spline, interval);
+        draw_labels(drawing, &relief, interval);
+    });
+    drawing
 }
 
 /// Height, mm, and its gradient, mm per pixel, at every pixel.
@@ -154,16 +163,32 @@ fn nearest_line(z: f64, gradient: DVec2, interval: f64) -> (i64, f64) {
     (line as i64, (z - line * interval).abs() / gradient.length())
 }
 
-fn draw_lines(image: &mut GrayImage, relief: &Relief, interval: f64) {
-    for j in 0..relief.0.ny() {
-        for i in 0..relief.0.nx() {
-            let [z, p, q] = relief.at(i, j);
-            let (line, distance) = nearest_line(z, DVec2::new(p, q), interval);
-            // A plateau exactly at a line's height has no distance: there is no line to draw.
-            if distance.is_finite() {
-                let half_width = HALF_WIDTHS[usize::from(line % INDEX == 0)];
-                blend(image, i as u32, j as u32, half_width - distance, LINE_GREY);
-            }
+/// Draws the lines of a face that fills the drawing. Those that go round beyond its border are no
+/// lines of it, and are cut off by the border.
+fn draw_lines(drawing: &mut Svg, surface: &HeightField, spline: &SurfaceSpline, interval: f64) {
+    let (width, height) = drawing.size();
+    let last = DVec2::new(width.into(), height.into()) - 1.0;
+    let samples = (last / SAMPLE_PX).ceil().max(DVec2::ONE) + 1.0;
+    let (nx, ny) = (samples.x as usize, samples.y as usize);
+    let heights = Relief::sample(surface, spline, nx, ny).0.map(|&[z, ..]| z);
+    let (low, high) = heights.min_max();
+    let numbers: Vec<i64> = ((low / interval).ceil() as i64..=(high / interval).floor() as i64).collect();
+    let levels: Vec<f64> = numbers.iter().map(|&line| line as f64 * interval).collect();
+    // The middle of its first cell is half a step from its origin.
+    let step = last / (samples - 1.0);
+    let builder =
+        ContourBuilder::new(nx, ny, true).x_step(step.x).y_step(step.y).x_origin(-0.5 * step.x).y_origin(-0.5 * step.y);
+    // It refuses only another number of values than nx × ny.
+    let lines = builder.lines(heights.as_slice(), &levels).unwrap_or_default();
+    let mut strokes = [String::new(), String::new()];
+    for (number, line) in numbers.iter().zip(&lines) {
+        for one in line.geometry() {
+            strokes[usize::from(number % INDEX == 0)] += &path(one.coords().map(|at| DVec2::new(at.x, at.y)));
+        }
+    }
+    for (strokes, width) in strokes.iter().zip(WIDTHS) {
+        if !strokes.is_empty() {
+            drawing.stroke(strokes, Pen { width, grey: LINE_GREY });
         }
     }
 }
@@ -176,7 +201,7 @@ struct Place {
     merit: f64,
 }
 
-fn draw_labels(image: &mut GrayImage, relief: &Relief, interval: f64) {
+fn draw_labels(drawing: &mut Svg, relief: &Relief, interval: f64) {
     let decimals = decimals(interval);
     let label = |line: i64| format!("{:.decimals$}", line as f64 * interval + 0.0);
     let mut places = places(relief, interval, &label);
@@ -208,13 +233,14 @@ fn draw_labels(image: &mut GrayImage, relief: &Relief, interval: f64) {
     }
     let ink = Lettering { height: TEXT_PX, grey: 0, halo: 2.5 };
     for place in taken {
-        write(image, place.at, place.angle, &label(place.line), ink);
+        drawing.turned_text(place.at, Anchor::Middle, place.angle, &label(place.line), ink);
     }
 }
 
 fn places(relief: &Relief, interval: f64, label: &dyn Fn(i64) -> String) -> Vec<Place> {
     const STRIDE: usize = 3;
     let size = DVec2::new(relief.0.nx() as f64 - 1.0, relief.0.ny() as f64 - 1.0);
+    let mut widths = HashMap::new();
     let mut places = Vec::new();
     for j in (0..relief.0.ny()).step_by(STRIDE) {
         for i in (0..relief.0.nx()).step_by(STRIDE) {
@@ -228,7 +254,7 @@ fn places(relief: &Relief, interval: f64, label: &dyn Fn(i64) -> String) -> Vec<
             }
             let level = line as f64 * interval;
             let at = DVec2::new(i as f64, j as f64) - gradient * ((z - level) / gradient.length_squared());
-            let half_length = 0.5 * text_width(&label(line), TEXT_PX) + 3.0;
+            let half_length = 0.5 * *widths.entry(line).or_insert_with(|| text_width(&label(line), TEXT_PX)) + 3.0;
             let margin = DVec2::splat(half_length + 4.0);
             if at.cmplt(margin).any() || at.cmpgt(size - margin).any() {
                 continue;
@@ -282,9 +308,9 @@ mod tests {
         let bowl = surface(33, 33, extent, |at| 0.002 * at.length_squared());
         let shift = bowl.heights_mm()[(16, 16)];
         let interval = contour_interval_mm(&bowl).unwrap();
-        let relief = Relief::sample(&bowl, &SurfaceSpline::through(&bowl), 501, 501);
-        let mut image = GrayImage::from_pixel(501, 501, Luma([255]));
-        draw_lines(&mut image, &relief, interval);
+        let mut drawing = Svg::new(501, 501);
+        draw_lines(&mut drawing, &bowl, &SurfaceSpline::through(&bowl), interval);
+        let image = drawing.raster();
         let mut dark = 0;
         for (i, j, pixel) in image.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[0] < 128) {
             let at = (DVec2::new(f64::from(i), f64::from(j)) - 250.0) * 0.2;
@@ -305,7 +331,7 @@ mod tests {
         assert!((top_left - 0.75).abs() < 1e-12, "top left is at greatest x and y");
         let [_, p, q] = relief.at(50, 25);
         assert!((p + 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it falls to the right and downwards");
-        assert_eq!(drawing(&tilted, &SurfaceSpline::through(&tilted), Some(0.1), 400).dimensions(), (400, 200));
+        assert_eq!(drawing(&tilted, &SurfaceSpline::through(&tilted), Some(0.1), 400).size(), (400, 200));
     }
 
     #[test]
@@ -313,6 +339,7 @@ mod tests {
         let plane = surface(5, 5, Extent::new(100.0, 100.0), |_| 1.0);
         assert!(
             drawing(&plane, &SurfaceSpline::through(&plane), contour_interval_mm(&plane), 100)
+                .raster()
                 .pixels()
                 .all(|p| p.0[0] == 255)
         );

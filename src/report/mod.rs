@@ -1,27 +1,39 @@
 //! What a design looks like: lines of equal height, the light on the wall, and how far it is from
 //! the target, step by step and from bench to bench.
 
+#[cfg(feature = "svg")]
 mod budget;
-mod contact;
+#[cfg(feature = "svg")]
 mod curves;
+#[cfg(feature = "svg")]
 mod drawing;
 #[cfg(feature = "cli")]
 mod html;
-mod ink;
+#[cfg(feature = "svg")]
 mod isocontours;
 #[cfg(feature = "cli")]
 pub(crate) mod pages;
 mod pictures;
+#[cfg(feature = "svg")]
 mod sheet;
+#[cfg(feature = "svg")]
+mod svg;
 
-pub use budget::{BudgetRow, budget_sheet};
-pub use contact::{Captioned, contact_sheet, map};
+#[cfg(feature = "svg")]
+pub use budget::{Cost, budget_chart, budget_sheet};
+#[cfg(feature = "svg")]
 pub use curves::{Curve, curves};
+#[cfg(feature = "svg")]
 pub use drawing::dimensioned_drawing;
 #[cfg(feature = "cli")]
-pub use html::{Cost, Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
+pub use html::{Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
+#[cfg(feature = "svg")]
 pub use isocontours::{Isocontours, contour_interval_mm};
-pub use pictures::{Exposure, difference_picture, irradiance_picture, panel};
+pub use pictures::{Exposure, difference_picture, irradiance_picture};
+#[cfg(feature = "svg")]
+pub use sheet::{Captioned, contact_sheet, map, panel};
+#[cfg(feature = "svg")]
+pub use svg::Svg;
 
 #[cfg(feature = "files")]
 use crate::export::{WriteError, write_atomically};

@@ -1,11 +1,10 @@
 //! Irradiance and its error as pictures.
 
-use super::sheet::sheet;
 use crate::{
     grid::Field,
     irradiance::{TargetIrradiance, Transfer},
 };
-use image::{GrayImage, Luma, imageops};
+use image::{GrayImage, Luma};
 
 /// How irradiance (mean 1) becomes the grey of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,27 +50,6 @@ pub fn difference_picture(target: &Field<f64>, caustic: &Field<f64>, exposure: E
     })
 }
 
-/// Target, caustic and their [difference](difference_picture) side by side, with `note` under the
-/// last: how large the error is, say. Both in picture order.
-///
-/// # Panics
-/// If the two have different sizes.
-pub fn panel(target: &Field<f64>, caustic: &Field<f64>, exposure: Exposure, note: &str) -> GrayImage {
-    const LEAST_PX: u32 = 320;
-    let note = format!("difference × 4: {note}");
-    let pictures = [
-        ("target", irradiance_picture(target, exposure)),
-        ("caustic", irradiance_picture(caustic, exposure)),
-        (note.trim_end_matches([':', ' ']), difference_picture(target, caustic, exposure)),
-    ];
-    sheet(&pictures.map(|(caption, picture)| {
-        // Enlarged by a whole factor if there are few pixels: nothing is smoothed.
-        let factor = LEAST_PX.div_ceil(picture.width());
-        let (width, height) = (factor * picture.width(), factor * picture.height());
-        (caption.to_owned(), imageops::resize(&picture, width, height, imageops::FilterType::Nearest))
-    }))
-}
-
 fn grey(nx: usize, ny: usize, value: impl Fn(usize) -> f64) -> GrayImage {
     GrayImage::from_fn(nx as u32, ny as u32, |i, j| {
         Luma([(value(j as usize * nx + i as usize).clamp(0.0, 1.0) * 255.0).round() as u8])
@@ -109,16 +87,5 @@ mod tests {
             let picture = difference_picture(ramp.cells(), &caustic, exposure);
             assert_eq!(picture.get_pixel(120, 4).0[0], grey, "{steps} steps");
         }
-    }
-
-    #[test]
-    fn the_panel_holds_the_three_pictures() {
-        let ramp = ramp();
-        let exposure = Exposure::of(&ramp, Transfer::Linear);
-        let panel = panel(ramp.cells(), ramp.cells(), exposure, "relative rms 0.0000");
-        assert_eq!(panel.dimensions(), (3 * 512 + 64, 16 + 16 + 36));
-        assert_eq!(panel.get_pixel(16 + 400, 20).0[0], 200);
-        assert_eq!(panel.get_pixel(16 + 528 + 400, 20).0[0], 200);
-        assert_eq!(panel.get_pixel(16 + 2 * 528 + 400, 20).0[0], 255);
     }
 }

@@ -1,27 +1,8 @@
 //! Pictures and numbers as text.
 
-use base64::{Engine, engine::general_purpose::STANDARD};
+use crate::report::svg::Px;
 use glam::DVec2;
-use image::{
-    DynamicImage, GrayImage,
-    codecs::png::{CompressionType, FilterType, PngEncoder},
-    imageops,
-};
-use std::fmt;
-
-/// Bytes as base64.
-pub(super) fn base64(bytes: &[u8]) -> String {
-    STANDARD.encode(bytes)
-}
-
-/// A picture as the address of itself, a PNG.
-pub(super) fn png_uri(picture: &DynamicImage) -> String {
-    let mut bytes = Vec::new();
-    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
-    // Memory takes all bytes; a picture of no known kind would be shown by its alternative text.
-    let _ = picture.write_with_encoder(encoder);
-    format!("data:image/png;base64,{}", base64(&bytes))
-}
+use image::{GrayImage, imageops};
 
 /// A picture whose longer side has at most so many pixels.
 pub(super) fn shrunk(picture: &GrayImage, most_px: u32) -> GrayImage {
@@ -50,16 +31,6 @@ pub(super) fn mm(value_mm: f64) -> String {
     format!("{}\u{a0}mm", figure(value_mm))
 }
 
-/// A coordinate in a drawing: two decimals.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Px(pub(super) f64);
-
-impl fmt::Display for Px {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}", (self.0 * 100.0).round() / 100.0 + 0.0)
-    }
-}
-
 /// A place in a drawing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spot {
@@ -73,15 +44,11 @@ impl From<DVec2> for Spot {
     }
 }
 
-/// Points as the path of a drawing.
-pub(super) fn path(points: impl IntoIterator<Item = DVec2>) -> String {
-    let points: Vec<String> = points.into_iter().map(|p| format!("{} {}", Px(p.x), Px(p.y))).collect();
-    format!("M{}", points.join("L"))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::svg::png_uri;
+    use base64::{Engine, engine::general_purpose::STANDARD};
 
     #[test]
     fn numbers_have_the_digits_that_matter() {
@@ -105,7 +72,7 @@ mod tests {
         let tall = GrayImage::from_fn(30, 90, |_, j| image::Luma([2 * j as u8]));
         assert_eq!(shrunk(&tall, 45).dimensions(), (15, 45));
         assert_eq!(shrunk(&tall, 90), tall);
-        let uri = png_uri(&DynamicImage::from(tall.clone()));
+        let uri = png_uri(&image::DynamicImage::from(tall.clone()));
         let bytes = STANDARD.decode(uri.strip_prefix("data:image/png;base64,").unwrap()).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().into_luma8(), tall);
     }

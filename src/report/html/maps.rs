@@ -1,9 +1,10 @@
 //! Maps of a face in colours, as the picture lies on the wall (left = `+x`, top = `+y`).
 
-use super::data::{figure, png_uri};
+use super::data::figure;
 use crate::{
     grid::{Extent, Field, bilinear_resample},
     irradiance::to_picture_order,
+    report::svg::png_uri,
     surface::SurfaceSpline,
 };
 use colorous::{Color, Gradient};

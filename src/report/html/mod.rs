@@ -5,7 +5,7 @@
 //! embedded, and its own policy forbids it to load anything. [`Page`] holds plain data; what it
 //! says in words is said by whoever fills it.
 
-mod charts;
+mod convergence;
 mod data;
 mod maps;
 mod page;
@@ -14,14 +14,19 @@ mod scene;
 mod section;
 mod still;
 
-pub use page::{Cost, Facts, FileRecord, Highlight, Model, Page, View};
+pub use page::{Facts, FileRecord, Highlight, Model, Page, View};
 
 use crate::{
     export::{WriteError, write_atomically},
+    report::{
+        budget::{Cost, budget_chart, rounded},
+        isocontours::contour_interval_mm,
+        svg::{Escaped, Svg, png_uri},
+    },
     surface::SurfaceSpline,
 };
 use askama::Template;
-use charts::{BudgetChart, ConvergenceChart};
+use convergence::Convergence;
 use image::DynamicImage;
 use maps::ColourMap;
 use rayon::prelude::*;
@@ -80,9 +85,9 @@ pub fn render(page: &Page<'_>) -> String {
         scene,
         still,
         sections: [Across::X, Across::Y].map(|across| Section::of(model, &spline, &fan, across)).into(),
-        budget: BudgetChart::of(&page.budget),
-        convergence: page.summary.and_then(ConvergenceChart::of),
-        drawing: page.drawing.as_ref().map(|drawing| data::png_uri(&DynamicImage::from(drawing.clone()))),
+        budget: (!page.budget.is_empty()).then(|| budget(&page.budget)),
+        convergence: page.summary.and_then(Convergence::of),
+        drawing: page.drawing.as_ref().map(Svg::uri),
         style: include_str!("style.css"),
         viewer: include_str!("viewer.js"),
         script: include_str!("page.js"),
@@ -109,8 +114,9 @@ struct Whole<'a> {
     scene: String,
     still: Still,
     sections: Vec<Section>,
-    budget: BudgetChart,
-    convergence: Option<ConvergenceChart>,
+    /// The chart as an element.
+    budget: Option<String>,
+    convergence: Option<Convergence>,
     drawing: Option<String>,
     style: &'static str,
     viewer: &'static str,
@@ -131,7 +137,7 @@ impl Figure {
     fn of(view: &View, most_px: u32) -> Self {
         let picture = data::shrunk(&view.picture, most_px);
         let (width, height) = picture.dimensions();
-        let uri = data::png_uri(&DynamicImage::from(picture));
+        let uri = png_uri(&DynamicImage::from(picture));
         Self { title: view.title.clone(), note: view.note.clone(), alt: view.alt.clone(), uri, width, height }
     }
 
@@ -139,6 +145,19 @@ impl Figure {
     fn rendering(&self) -> &'static str {
         if self.width.max(self.height) < 200 { "coarse" } else { "fine" }
     }
+}
+
+/// The error budget, with its figures in words for those who cannot see it.
+fn budget(costs: &[Cost]) -> String {
+    let step = |cost: &Cost| match cost.errors {
+        Some((error, moved)) => {
+            format!("{}: {}, moves the light by {}", cost.name, rounded(error), rounded(moved))
+        }
+        None => cost.name.clone(),
+    };
+    let steps: Vec<String> = costs.iter().map(step).collect();
+    let words = format!("Relative RMS error of the light, step by step, on a logarithmic scale. {}", steps.join("; "));
+    budget_chart(costs).element(&format!("class=\"paper ink\" role=\"img\" aria-label=\"{}\"", Escaped(&words)))
 }
 
 /// The face as isocontours and maps.
@@ -152,7 +171,7 @@ struct FaceFigures {
 impl FaceFigures {
     fn of(model: &Model<'_>) -> Self {
         let (contours, (slope, hollow)) = rayon::join(
-            || data::png_uri(&DynamicImage::from(model.contours.picture.clone())),
+            || model.contours.picture.uri(),
             || {
                 rayon::join(
                     || maps::slope(model.slope, model.surface.extent(), MAP_PX),
@@ -160,7 +179,7 @@ impl FaceFigures {
                 )
             },
         );
-        let interval = super::contour_interval_mm(model.surface)
+        let interval = contour_interval_mm(model.surface)
             .map_or_else(|| "the face is flat".to_owned(), |step| format!("a line every {} mm", data::figure(step)));
         Self { contours, interval, slope, hollow }
     }

@@ -1,6 +1,12 @@
 //! What is on the page, as plain data.
 
-use crate::{bench::Bench, grid::Field, optim::Summary, report::Isocontours, surface::HeightField};
+use crate::{
+    bench::Bench,
+    grid::Field,
+    optim::Summary,
+    report::{budget::Cost, isocontours::Isocontours, svg::Svg},
+    surface::HeightField,
+};
 use glam::DVec2;
 use image::GrayImage;
 
@@ -31,7 +37,7 @@ pub struct Page<'a> {
     /// What the solver did.
     pub summary: Option<&'a Summary>,
     /// The workshop drawing of the block.
-    pub drawing: Option<GrayImage>,
+    pub drawing: Option<Svg>,
     /// Facts, in groups.
     pub facts: Vec<Facts>,
     /// Files that belong to the block.
@@ -87,16 +93,6 @@ pub struct View {
     pub alt: String,
     /// The picture.
     pub picture: GrayImage,
-}
-
-/// A step of the error budget.
-#[derive(Clone, Debug)]
-pub struct Cost {
-    /// What is looked at.
-    pub name: String,
-    /// Relative RMS error of its light against the target, and by how much it alone moves the
-    /// light. `None` if it is known to be that of another step, as the name says.
-    pub errors: Option<(f64, f64)>,
 }
 
 /// A table of facts.

@@ -1,10 +1,10 @@
 //! What the viewer needs of a block and its bench: heights in 16 bits, and a few lines.
 
 use super::{
-    Model, data,
+    Model,
     rays::{RayFan, window_corners},
 };
-use crate::{bench::ExitFace, surface::SurfaceSpline};
+use crate::{bench::ExitFace, report::svg::base64, surface::SurfaceSpline};
 use glam::DVec3;
 use serde::Serialize;
 
@@ -51,11 +51,11 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
         mirror: model.bench.exit_face() == ExitFace::Reflects,
         nodes: [nx, ny],
         range: [low, high],
-        heights: data::base64(&steps),
+        heights: base64(&steps),
         outline: model.outline.iter().map(glam::DVec2::to_array).collect(),
         rim: model.rim_z_mm,
         receiver: window_corners(model.bench).iter().map(point).collect(),
-        rays: data::base64(&rays),
+        rays: base64(&rays),
     };
     // Nothing in it can fail to become JSON. A `<` would end the element that it stands in.
     serde_json::to_string(&scene).unwrap_or_default().replace('<', "\\u003c")

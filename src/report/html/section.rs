@@ -2,10 +2,15 @@
 
 use super::{
     Model,
-    data::{Px, Spot, figure, mm, path},
+    data::{Spot, figure, mm},
     rays::RayFan,
 };
-use crate::{bench::ExitFace, light::Light, surface::SurfaceSpline};
+use crate::{
+    bench::ExitFace,
+    light::Light,
+    report::svg::{Px, arrow, path},
+    surface::SurfaceSpline,
+};
 use askama::Template;
 use glam::{DVec2, DVec3};
 
@@ -278,19 +283,13 @@ impl Dimension {
 
     /// The line and its arrow heads, which point at its ends.
     fn arrows(&self) -> String {
-        let along = (self.to - self.from).normalize_or_zero();
-        let mut path = String::new();
-        let mut stroke = |a: DVec2, b: DVec2| path += &format!("M{} {}L{} {}", Px(a.x), Px(a.y), Px(b.x), Px(b.y));
-        stroke(self.from, self.to);
-        for (tip, way) in [(self.from, along), (self.to, -along)] {
-            let back = if self.outside { -way } else { way };
-            for side in [0.4, -0.4] {
-                stroke(tip, tip + 7.0 * back + 7.0 * side * back.perp());
-            }
-            if self.outside {
-                stroke(tip, tip + 16.0 * back);
-            }
+        const HEAD: f64 = 7.5;
+        let beyond = 16.0 * (self.to - self.from).normalize_or_zero();
+        if self.outside {
+            let tips = arrow(self.from - beyond, self.from, HEAD) + &arrow(self.to + beyond, self.to, HEAD);
+            path([self.from, self.to]) + &tips
+        } else {
+            arrow(self.from, self.to, HEAD) + &arrow(self.to, self.from, HEAD)
         }
-        path
     }
 }

@@ -2,9 +2,9 @@
 
 use super::{
     Model, data,
-    data::Px,
     rays::{RayFan, window_corners},
 };
+use crate::report::svg::{self, Px, ring};
 use askama::Template;
 use glam::{DVec2, DVec3};
 use image::{DynamicImage, GrayImage};
@@ -41,8 +41,8 @@ impl Still {
         let up = right.cross(towards);
         let flat = |p: DVec3| DVec2::new(p.dot(right), -p.dot(up));
         let (_, top) = model.surface.range_mm();
-        let ring = |z: f64| model.outline.iter().map(|p| p.extend(z)).collect::<Vec<_>>();
-        let (entry, exit) = (ring(model.entry_z_mm), ring(model.rim_z_mm.unwrap_or(top)));
+        let level = |z: f64| model.outline.iter().map(|p| p.extend(z)).collect::<Vec<_>>();
+        let (entry, exit) = (level(model.entry_z_mm), level(model.rim_z_mm.unwrap_or(top)));
         let corners = window_corners(model.bench);
         let shown = entry.iter().chain(&exit).chain(&corners).map(|p| flat(*p));
         let rays: Vec<[DVec2; 4]> = fan.some().step_by(2).map(|ray| ray.map(flat)).collect();
@@ -52,8 +52,8 @@ impl Still {
         let scale = ((SIZE - 2.0 * MARGIN) / (high - low).max(DVec2::splat(1e-9))).min_element();
         let size = (high - low) * scale + 2.0 * MARGIN;
         let place = |p: DVec2| (p - low) * scale + MARGIN;
-        let path = |points: &[DVec2]| data::path(points.iter().map(|p| place(*p)));
-        let of_3d = |points: &[DVec3]| path(&points.iter().map(|p| flat(*p)).collect::<Vec<_>>()) + "Z";
+        let path = |points: &[DVec2]| svg::path(points.iter().map(|p| place(*p)));
+        let of_3d = |points: &[DVec3]| ring(points.iter().map(|p| place(flat(*p))));
         let n = entry.len();
         let mut faces = vec![of_3d(&entry)];
         faces.extend((0..n).map(|k| of_3d(&[entry[k], entry[(k + 1) % n], exit[(k + 1) % n], exit[k]])));
@@ -64,7 +64,7 @@ impl Still {
             let [a, b, c] = corners.map(|p| place(flat(p)));
             let (along, down) = ((b - a) / f64::from(picture.width()), (c - a) / f64::from(picture.height()));
             let matrix = [along.x, along.y, down.x, down.y, a.x, a.y].map(|v| format!("{v:.6}")).join(" ");
-            Placed { uri: data::png_uri(&DynamicImage::from(picture.clone())), matrix }
+            Placed { uri: svg::png_uri(&DynamicImage::from(picture.clone())), matrix }
         };
         Self {
             width: Px(size.x),

@@ -7,7 +7,7 @@ use crate::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field},
     light::Intensity,
-    report::Isocontours,
+    report::{Isocontours, svg::Svg},
     surface::HeightField,
 };
 use glam::{DVec2, DVec3};
@@ -74,7 +74,7 @@ impl Sample {
             others: vec![(view("on the plane"), view("its difference"))],
             budget: vec![Cost { name: "a step".into(), errors: Some((0.01, 0.001)) }],
             summary: None,
-            drawing: Some(GrayImage::new(30, 20)),
+            drawing: Some(Svg::new(30, 20)),
             facts: vec![Facts { title: "Block".into(), rows: vec![("size".into(), "60 × 40 mm".into())] }],
             files: vec![FileRecord { name: "b.stl".into(), what: "mesh".into(), bytes: 12_345, sha256: "ab".into() }],
             command: "glasswarp design 'my picture.png'".into(),

@@ -7,7 +7,8 @@ use crate::{
     grid::Field,
     materials,
     report::{
-        html::{Cost, Facts, Highlight, Model, View},
+        budget::Cost,
+        html::{Facts, Highlight, Model, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
     },

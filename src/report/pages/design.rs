@@ -12,11 +12,13 @@ use crate::{
     irradiance::to_picture_order,
     pipeline::DesignedBlock,
     report::{
-        budget::{BudgetRow, budget_sheet},
+        budget::budget_sheet,
         drawing::dimensioned_drawing,
         html::{Facts, FileRecord, Highlight, Page, View, write_html},
         isocontours::Isocontours,
-        pictures::{Exposure, difference_picture, irradiance_picture, panel},
+        pictures::{Exposure, difference_picture, irradiance_picture},
+        sheet::panel,
+        svg::Svg,
     },
     spec::{Settings, name_of},
     study::{budget::BudgetStep, design::Plan, judge, verification::DesignVerification},
@@ -30,7 +32,7 @@ use std::{path::Path, time::Duration};
 /// What is drawn of a block alone: nothing of it waits for a file.
 pub(crate) struct BlockDrawings {
     pub(crate) shape: FaceShape,
-    pub(crate) drawing: GrayImage,
+    pub(crate) drawing: Svg,
     pub(crate) contours: Isocontours,
 }
 
@@ -323,7 +325,7 @@ pub(crate) fn draw<T: Send>(
         Box::new(|| difference_picture(&target, &caustic, exposure)),
         Box::new(|| steps_sheet(&verification.steps, &verification.target, exposure)),
         Box::new(|| drawings.contours.sheet()),
-        Box::new(|| drawings.drawing.clone()),
+        Box::new(|| drawings.drawing.raster()),
     ];
     let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
     if let Some((image, note)) = &finished {
@@ -345,12 +347,7 @@ pub(crate) fn weakness(plan: &Plan, block: &DesignedBlock) -> Option<GrayImage> 
 
 /// The steps of an error budget as a sheet of bars and small pictures.
 fn steps_sheet(steps: &[BudgetStep], target: &Image, exposure: Exposure) -> GrayImage {
-    let rows: Vec<BudgetRow> = steps
-        .iter()
-        .map(|step| BudgetRow {
-            name: step.name.clone(),
-            seen: step.traced.as_ref().map(|traced| (judge::field_of(&traced.image), traced.likeness.rel_rms)),
-        })
-        .collect();
+    let lights = steps.iter().map(|step| step.traced.as_ref().map(|traced| judge::field_of(&traced.image)));
+    let rows: Vec<_> = costs(steps).into_iter().zip(lights).collect();
     budget_sheet(&judge::field_of(target), &rows, exposure)
 }

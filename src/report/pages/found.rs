@@ -12,7 +12,8 @@ use crate::{
     grid::{Extent, Field},
     record::SideFile,
     report::{
-        html::{Cost, Facts, FileRecord, Highlight, Model, Page, View, write_html},
+        budget::Cost,
+        html::{Facts, FileRecord, Highlight, Model, Page, View, write_html},
         isocontours::Isocontours,
         pictures::Exposure,
     },

@@ -3,8 +3,8 @@
 use crate::{
     fabricate::{Cutter, FaceShape},
     report::{
-        contact::{Captioned, contact_sheet, map as map_of},
         pictures::{Exposure, irradiance_picture},
+        sheet::{Captioned, contact_sheet, map as map_of},
     },
     study::{
         check::Makeable,

@@ -12,7 +12,8 @@ use crate::{
     report::{
         html::{Facts, Page, write_html},
         isocontours::Isocontours,
-        pictures::{Exposure, panel},
+        pictures::Exposure,
+        sheet::panel,
     },
     study::{
         design::Plan,

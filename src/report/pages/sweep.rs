@@ -35,7 +35,7 @@ pub(crate) fn curves(quantity: Quantity, points: &[SweepPoint]) -> GrayImage {
         through("relief / distance", &|p| p.relief_mm / p.scene.distance_mm),
     ];
     let x = quantity.column().replace("_mm", ", mm");
-    plot(&x, "relative RMS error", &curves)
+    plot(&x, "relative RMS error", &curves).raster()
 }
 
 /// One line per point; units in the names of the columns, errors without unit.
