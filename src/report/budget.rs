@@ -38,7 +38,8 @@ const DECADES: (i32, i32) = (-4, 0);
 /// How far along the axis an error lies, from 0 to 1.
 fn along(error: f64) -> f64 {
     let decades = f64::from(DECADES.1 - DECADES.0);
-    ((error.log10() - f64::from(DECADES.0)) / decades).max(0.0).min(1.0)
+    let part = (error.log10() - f64::from(DECADES.0)) / decades;
+    if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
 }
 
 /// An error with the digits that tell steps apart.

@@ -1,7 +1,10 @@
 //! The block as a workshop draws it: seen from above and cut in the middle, with its dimensions,
 //! its axes and its origin.
 
-use super::svg::{Anchor, Lettering, Pen, Svg, arrow, ring};
+use super::{
+    dimension::{Beside, dimension},
+    svg::{Anchor, Lettering, Pen, Svg, arrow, ring},
+};
 use crate::{
     bench::{Bench, ExitFace},
     grid::Outline,
@@ -26,6 +29,8 @@ const OUTLINE: Pen = Pen { width: 2.2, grey: 0 };
 const DIMENSION: Pen = Pen { width: 1.0, grey: 110 };
 const AXIS: Pen = Pen { width: 1.4, grey: 0 };
 const RAY: Pen = Pen { width: 1.4, grey: 110 };
+/// From a view to its dimension lines, pixels.
+const AWAY: f64 = 60.0;
 /// Length of an arrow's head, pixels.
 const HEAD: f64 = 11.0;
 
@@ -152,33 +157,16 @@ impl Plan<'_> {
         if self.solid.shape().rim.is_some() {
             let inner = self.solid.surface().contour().polygon(1e-3 * face.max_element());
             image.stroke(&ring(inner.iter().map(|&p| self.at(p))), OUTLINE);
-            dimension(
-                image,
-                self.at(DVec2::new(-face.x, face.y)),
-                self.at(face),
-                DVec2::new(0.0, -1.0),
-                60.0 + self.scale * (stock.y - face.y),
-                &mm(2.0 * face.x),
-            );
-            dimension(
-                image,
-                self.at(face),
-                self.at(DVec2::new(face.x, -face.y)),
-                DVec2::new(1.0, 0.0),
-                60.0 + self.scale * (stock.x - face.x),
-                &mm(2.0 * face.y),
-            );
+            let [left, corner, below] =
+                [DVec2::new(-face.x, face.y), face, DVec2::new(face.x, -face.y)].map(|p| self.at(p));
+            let out = self.at(stock) + DVec2::new(AWAY, -AWAY);
+            dimension(image, [left, corner], Beside::Level(out.y), &mm(2.0 * face.x), TEXT);
+            dimension(image, [corner, below], Beside::Upright(out.x), &mm(2.0 * face.y), TEXT);
         }
-        let (lower, right) = (self.at(-stock), self.at(DVec2::new(stock.x, -stock.y)));
-        dimension(image, lower, right, DVec2::new(0.0, 1.0), 60.0, &mm(2.0 * stock.x));
-        dimension(
-            image,
-            self.at(DVec2::new(-stock.x, stock.y)),
-            lower,
-            DVec2::new(-1.0, 0.0),
-            60.0,
-            &mm(2.0 * stock.y),
-        );
+        let [upper, lower, right] =
+            [DVec2::new(-stock.x, stock.y), -stock, DVec2::new(stock.x, -stock.y)].map(|p| self.at(p));
+        dimension(image, [lower, right], Beside::Level(lower.y + AWAY), &mm(2.0 * stock.x), TEXT);
+        dimension(image, [upper, lower], Beside::Upright(lower.x - AWAY), &mm(2.0 * stock.y), TEXT);
         image.text(DVec2::new(self.centre.x, 22.0), Anchor::Middle, "seen from above the exit face", TEXT);
         let corner = self.at(face) + DVec2::new(-96.0, 22.0);
         image.text(corner, Anchor::Middle, "picture's top left", TEXT);
@@ -236,7 +224,8 @@ impl Section<'_> {
         image.dashed(self.at(-half, 0.0) - beyond, self.at(half, 0.0) + beyond, DIMENSION);
         image.text(self.at(half, 0.0) + DVec2::new(26.0, 0.0), Anchor::Start, "mean exit plane", NOTE);
         let thickness = mm(self.solid.thickness_mm());
-        dimension(image, self.at(-half, top), self.at(-half, entry), DVec2::new(-1.0, 0.0), 60.0, &thickness);
+        let sides = [self.at(-half, top), self.at(-half, entry)];
+        dimension(image, sides, Beside::Upright(sides[0].x - AWAY), &thickness, TEXT);
         for k in 0..5 {
             let x = half * (0.4 * f64::from(k) - 0.8);
             let (z, direction) = self.light_at(x, entry, top);
@@ -267,18 +256,6 @@ impl Section<'_> {
         };
         (z, direction)
     }
-}
-
-/// A length between two points, drawn `away` pixels to one side.
-fn dimension(image: &mut Svg, a: DVec2, b: DVec2, side: DVec2, away: f64, text: &str) {
-    let shift = away * side;
-    for end in [a, b] {
-        image.line(end + 6.0 * side, end + shift + 6.0 * side, DIMENSION);
-    }
-    let (from, to) = (a + shift, b + shift);
-    image.stroke(&(arrow(from, to, HEAD) + &arrow(to, from, HEAD)), DIMENSION);
-    let angle = if side.x == 0.0 { 0.0 } else { -std::f64::consts::FRAC_PI_2 };
-    image.turned_text(0.5 * (from + to), Anchor::Middle, angle, text, Lettering { halo: 6.0, ..TEXT });
 }
 
 #[cfg(test)]

@@ -115,11 +115,7 @@ fn drawing(surface: &HeightField, spline: &SurfaceSpline, interval: Option<f64>,
         Luma([grey.round() as u8])
     });
     drawing.picture(0, 0, tint);
-    let edge = if outline.is_rectangle() {
-        ring([DVec2::ZERO, DVec2::new(last.x, 0.0), last, DVec2::new(0.0, last.y)])
-    } else {
-        ring(outline.polygon(1e-4 * size.max_element()).into_iter().map(place))
-    };
+    let edge = ring(outline.polygon(1e-4 * size.max_element()).into_iter().map(place));
     drawing.within(&edge, |drawing| {
         draw_lines(drawing, surface, spline, interval);
         draw_labels(drawing, &relief, interval);
@@ -163,8 +159,8 @@ fn nearest_line(z: f64, gradient: DVec2, interval: f64) -> (i64, f64) {
     (line as i64, (z - line * interval).abs() / gradient.length())
 }
 
-/// Draws the lines of a face that fills the drawing. Those that go round beyond its border are no
-/// lines of it, and are cut off by the border.
+/// Draws the lines of a face that fills the drawing. What closes them along its border is no line
+/// of it.
 fn draw_lines(drawing: &mut Svg, surface: &HeightField, spline: &SurfaceSpline, interval: f64) {
     let (width, height) = drawing.size();
     let last = DVec2::new(width.into(), height.into()) - 1.0;
@@ -180,10 +176,14 @@ fn draw_lines(drawing: &mut Svg, surface: &HeightField, spline: &SurfaceSpline, 
         ContourBuilder::new(nx, ny, true).x_step(step.x).y_step(step.y).x_origin(-0.5 * step.x).y_origin(-0.5 * step.y);
     // It refuses only another number of values than nx × ny.
     let lines = builder.lines(heights.as_slice(), &levels).unwrap_or_default();
+    let beyond = |p: &DVec2| p.cmplt(DVec2::splat(-1e-6)).any() || p.cmpgt(last + 1e-6).any();
     let mut strokes = [String::new(), String::new()];
     for (number, line) in numbers.iter().zip(&lines) {
         for one in line.geometry() {
-            strokes[usize::from(number % INDEX == 0)] += &path(one.coords().map(|at| DVec2::new(at.x, at.y)));
+            let points: Vec<DVec2> = one.coords().map(|at| DVec2::new(at.x, at.y)).collect();
+            for run in points.chunk_by(|a, b| !(beyond(a) && beyond(b))).filter(|run| run.len() > 1) {
+                strokes[usize::from(number % INDEX == 0)] += &path(run.iter().copied());
+            }
         }
     }
     for (strokes, width) in strokes.iter().zip(WIDTHS) {
@@ -311,6 +311,9 @@ mod tests {
         let mut drawing = Svg::new(501, 501);
         draw_lines(&mut drawing, &bowl, &SurfaceSpline::through(&bowl), interval);
         let image = drawing.raster();
+        let border = (0..501).flat_map(|k| [(0, k), (500, k), (k, 0), (k, 500)]);
+        let paper = border.filter(|&(i, j)| image.get_pixel(i, j).0[0] == 255).count();
+        assert!(paper > 1600, "{paper} pixels of the border without a line");
         let mut dark = 0;
         for (i, j, pixel) in image.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[0] < 128) {
             let at = (DVec2::new(f64::from(i), f64::from(j)) - 250.0) * 0.2;

@@ -6,6 +6,8 @@ mod budget;
 #[cfg(feature = "svg")]
 mod curves;
 #[cfg(feature = "svg")]
+mod dimension;
+#[cfg(feature = "svg")]
 mod drawing;
 #[cfg(feature = "cli")]
 mod html;
@@ -19,21 +21,18 @@ mod sheet;
 #[cfg(feature = "svg")]
 mod svg;
 
-#[cfg(feature = "svg")]
-pub use budget::{Cost, budget_chart, budget_sheet};
-#[cfg(feature = "svg")]
-pub use curves::{Curve, curves};
-#[cfg(feature = "svg")]
-pub use drawing::dimensioned_drawing;
 #[cfg(feature = "cli")]
 pub use html::{Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
-#[cfg(feature = "svg")]
-pub use isocontours::{Isocontours, contour_interval_mm};
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]
-pub use sheet::{Captioned, contact_sheet, map, panel};
-#[cfg(feature = "svg")]
-pub use svg::Svg;
+pub use {
+    budget::{Cost, budget_chart, budget_sheet},
+    curves::{Curve, curves},
+    drawing::dimensioned_drawing,
+    isocontours::{Isocontours, contour_interval_mm},
+    sheet::{Captioned, contact_sheet, map, panel},
+    svg::Svg,
+};
 
 #[cfg(feature = "files")]
 use crate::export::{WriteError, write_atomically};

@@ -16,7 +16,7 @@ pub(super) const MARGIN: u32 = 16;
 /// Height of the strip with the captions, pixels.
 pub(super) const CAPTION: u32 = 36;
 const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 0.0 };
-const FRAME: Pen = Pen { width: 1.0, grey: 170 };
+const FRAME: u8 = 170;
 
 /// A picture with words under it.
 #[derive(Clone, Debug)]
@@ -69,26 +69,22 @@ pub(super) fn sheet(pictures: Vec<Captioned>, columns: usize) -> GrayImage {
     let width = pictures.chunks(columns).map(width_of).max().unwrap_or(1);
     let height: u32 = pictures.chunks(columns).map(|row| height_of(row) + MARGIN + CAPTION).sum();
     let mut sheet = Svg::new(width, height.max(1));
-    let tops = pictures.chunks(columns).scan(MARGIN, |next, row| {
-        let top = *next;
-        *next += height_of(row) + MARGIN + CAPTION;
-        Some(top)
-    });
-    let tops: Vec<u32> = tops.collect();
-    let mut left = MARGIN;
-    for (k, Captioned { caption, picture }) in pictures.into_iter().enumerate() {
-        if k % columns == 0 {
-            left = MARGIN;
+    let heights: Vec<u32> = pictures.chunks(columns).map(height_of).collect();
+    let mut pictures = pictures.into_iter();
+    let mut top = MARGIN;
+    for row_height in heights {
+        let mut left = MARGIN;
+        for Captioned { caption, picture } in pictures.by_ref().take(columns) {
+            let (width, height) = picture.dimensions();
+            let (low, size) = (DVec2::new(left.into(), top.into()), DVec2::new(width.into(), height.into()));
+            sheet.frame(low, size, FRAME);
+            let centre = low + DVec2::new(0.5 * size.x, size.y + 0.5 * f64::from(CAPTION) - 1.0);
+            // A long caption is written smaller rather than cut.
+            sheet.fitted_text(centre, Anchor::Middle, &caption, TEXT, size.x);
+            sheet.picture(left, top, picture);
+            left += width + MARGIN;
         }
-        let top = tops[k / columns];
-        let (width, height) = picture.dimensions();
-        let (low, size) = (DVec2::new(left.into(), top.into()), DVec2::new(width.into(), height.into()));
-        sheet.frame(low - 1.0, size + 1.0, FRAME);
-        let centre = low + DVec2::new(0.5 * size.x, size.y + 0.5 * f64::from(CAPTION) - 1.0);
-        // A long caption is written smaller rather than cut.
-        sheet.fitted_text(centre, Anchor::Middle, &caption, TEXT, size.x);
-        sheet.picture(left, top, picture);
-        left += width + MARGIN;
+        top += row_height + MARGIN + CAPTION;
     }
     sheet.raster()
 }

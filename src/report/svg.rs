@@ -141,10 +141,14 @@ impl Svg {
         self.ink += &format!("<circle cx=\"{x}\" cy=\"{y}\" r=\"{r}\" stroke=\"{grey}\" stroke-width=\"{width}\"/>");
     }
 
-    /// The outline of a rectangle.
-    pub(super) fn frame(&mut self, low: DVec2, size: DVec2, pen: Pen) {
-        let [a, b] = [DVec2::new(low.x + size.x, low.y), DVec2::new(low.x, low.y + size.y)];
-        self.stroke(&ring([low, a, low + size, b]), pen);
+    /// Fills the pixels around a picture: a line of one pixel would be blurred.
+    pub(super) fn frame(&mut self, low: DVec2, size: DVec2, grey: u8) {
+        let around = |wide: f64| {
+            let (a, b) = (low - 0.5 - wide, low - 0.5 + size + wide);
+            ring([a, DVec2::new(b.x, a.y), b, DVec2::new(a.x, b.y)])
+        };
+        let (outer, inner) = (around(1.0), around(0.0));
+        self.ink += &format!("<path d=\"{outer}{inner}\" fill=\"{}\" fill-rule=\"evenodd\"/>", Grey(grey));
     }
 
     /// Fills a rectangle.
@@ -163,10 +167,13 @@ impl Svg {
         self.ink += "</g>";
     }
 
-    /// Draws what belongs together, under a name for the eye that lingers on it; the class is for
-    /// the style of a page.
+    /// Draws what belongs together. The class is for the style of a page, and the name, if any, for
+    /// the eye that lingers on it.
     pub(super) fn group(&mut self, class: &str, name: &str, draw: impl FnOnce(&mut Self)) {
-        self.ink += &format!("<g class=\"{}\"><title>{}</title>", Escaped(class), Escaped(name));
+        self.ink += &format!("<g class=\"{}\">", Escaped(class));
+        if !name.is_empty() {
+            self.ink += &format!("<title>{}</title>", Escaped(name));
+        }
         draw(self);
         self.ink += "</g>";
     }
@@ -221,7 +228,7 @@ impl Svg {
     fn markup(&self, attributes: &str, with_pictures: bool) -> String {
         let (width, height) = self.size();
         let mut text = format!(
-            "<svg viewBox=\"-0.5 -0.5 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"{FAMILIES}\" fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\" xml:space=\"preserve\" {attributes}>"
+            "<svg viewBox=\"-0.5 -0.5 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"{FAMILIES}\" fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\" xml:space=\"preserve\" style=\"white-space: pre\" {attributes}>"
         );
         for ((left, top), picture) in self.pictures.iter().filter(|_| with_pictures) {
             let [x, y] = [left, top].map(|&at| Px(f64::from(at) - 0.5));

@@ -1,7 +1,5 @@
 //! Pictures and numbers as text.
 
-use crate::report::svg::Px;
-use glam::DVec2;
 use image::{GrayImage, imageops};
 
 /// A picture whose longer side has at most so many pixels.
@@ -31,19 +29,6 @@ pub(super) fn mm(value_mm: f64) -> String {
     format!("{}\u{a0}mm", figure(value_mm))
 }
 
-/// A place in a drawing.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Spot {
-    pub(super) x: Px,
-    pub(super) y: Px,
-}
-
-impl From<DVec2> for Spot {
-    fn from(p: DVec2) -> Self {
-        Self { x: Px(p.x), y: Px(p.y) }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -64,7 +49,6 @@ mod tests {
         ] {
             assert_eq!(figure(value), text);
         }
-        assert_eq!(Px(-0.001).to_string(), "0");
     }
 
     #[test]

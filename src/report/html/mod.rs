@@ -31,7 +31,7 @@ use image::DynamicImage;
 use maps::ColourMap;
 use rayon::prelude::*;
 use rays::RayFan;
-use section::{Across, Section};
+use section::{Across, section};
 use std::{io::Write, path::Path};
 use still::Still;
 
@@ -84,7 +84,7 @@ pub fn render(page: &Page<'_>) -> String {
         face,
         scene,
         still,
-        sections: [Across::X, Across::Y].map(|across| Section::of(model, &spline, &fan, across)).into(),
+        sections: [Across::X, Across::Y].map(|across| section(model, &spline, &fan, across)).into(),
         budget: (!page.budget.is_empty()).then(|| budget(&page.budget)),
         convergence: page.summary.and_then(Convergence::of),
         drawing: page.drawing.as_ref().map(Svg::uri),
@@ -113,7 +113,8 @@ struct Whole<'a> {
     face: FaceFigures,
     scene: String,
     still: Still,
-    sections: Vec<Section>,
+    /// Drawings as elements.
+    sections: Vec<String>,
     /// The chart as an element.
     budget: Option<String>,
     convergence: Option<Convergence>,

@@ -1,6 +1,6 @@
 use super::{
     rays::{RayFan, window_corners},
-    section::{Across, Section},
+    section::{Across, section},
     *,
 };
 use crate::{
@@ -88,7 +88,7 @@ impl Sample {
 
     fn section(&self, across: Across) -> String {
         let spline = SurfaceSpline::through(&self.surface);
-        Section::of(&self.model(), &spline, &self.fan(), across).to_string()
+        section(&self.model(), &spline, &self.fan(), across)
     }
 }
 
