@@ -154,8 +154,9 @@ fn three_mf() {
     let name = archive.file_names().map(Result::unwrap).find(|name| name.ends_with(".model")).unwrap().into_owned();
     let mut model = Vec::new();
     archive.by_name(&name).unwrap().read_to_end(&mut model).unwrap();
+    let read = read_solid(Format::ThreeMf);
     Target { name: "3MF, its model", corpus: vec![model], mend: None, memory: mesh_memory }
-        .run(cases(2000), |model| Read::of(load::parse(Format::ThreeMf, &package(model))));
+        .run(cases(2000), |model| read(&package(model)));
     Target { name: "3MF, its package", corpus: vec![whole, package(TETRAHEDRON_3MF)], mend: None, memory: mesh_memory }
         .run(cases(5000), read_solid(Format::ThreeMf));
 }

@@ -11,7 +11,7 @@ use std::{
     env, fs,
     panic::{self, AssertUnwindSafe},
     path::PathBuf,
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
     time::Duration,
 };
 
@@ -49,10 +49,34 @@ pub(crate) struct Target<'a> {
     pub(crate) memory: fn(usize) -> usize,
 }
 
+/// Waits for the turn to be measured.
+pub(crate) fn turn() -> MutexGuard<'static, ()> {
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// Most time of the processor, on all threads, for a file of so many bytes: a fixed part, and so
 /// much for every byte.
-fn most_time(length: usize) -> Duration {
+pub(crate) fn most_time(length: usize) -> Duration {
     Duration::from_millis(250) + length as u32 * Duration::from_micros(10)
+}
+
+/// What is made of a file of so many bytes, and how much time of the processor that takes, on all
+/// threads.
+pub(crate) fn timed<T>(length: usize, read: impl Fn() -> T) -> (T, Duration) {
+    let once = || {
+        let start = ProcessTime::now();
+        let made = read();
+        (made, start.elapsed())
+    };
+    let (made, mut took) = once();
+    // What another thread does meanwhile, which makes the corpus of the next target, shall not
+    // count.
+    for _ in 0..3 {
+        if took > most_time(length) {
+            took = took.min(once().1);
+        }
+    }
+    (made, took)
 }
 
 /// Files per target.
@@ -67,7 +91,7 @@ impl Target<'_> {
     /// If the reader panics, takes more memory or time than it may, or refuses a file of the
     /// corpus.
     pub(crate) fn run(&self, cases: usize, read: impl Fn(&[u8]) -> Read) {
-        let _turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+        let _turn = turn();
         for (k, file) in self.corpus.iter().enumerate() {
             let (outcome, _) = self.try_one(file, &read);
             assert!(matches!(outcome, Ok(Read::Taken)), "{}: file {k} of the corpus is not taken", self.name);
@@ -81,19 +105,7 @@ impl Target<'_> {
         let (mut taken, mut greatest, mut slowest, mut findings) = (0, 0, (Duration::ZERO, 0), Vec::new());
         for case in 0..cases {
             let file = self.damaged(case);
-            let timed = || {
-                let start = ProcessTime::now();
-                let tried = self.try_one(&file, &read);
-                (tried, start.elapsed())
-            };
-            let ((outcome, peak), mut took) = timed();
-            // What another thread does meanwhile, which makes the corpus of the next target, shall
-            // not count.
-            for _ in 0..3 {
-                if took > most_time(file.len()) {
-                    took = took.min(timed().1);
-                }
-            }
+            let ((outcome, peak), took) = timed(file.len(), || self.try_one(&file, &read));
             slowest = slowest.max((took, case));
             greatest = greatest.max(peak);
             let finding = match outcome {
