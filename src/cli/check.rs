@@ -46,8 +46,9 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH")]
     distance: Option<Length>,
 
-    /// The finishing cutter and its radii: ball:3mm, flat:6mm or bull:6mm,1mm
-    #[arg(long, value_name = "CUTTER", default_value = "ball:3mm")]
+    /// The finishing cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without
+    /// a letter), flat:d12mm, bull:d12mm,r1mm (its corner's radius last)
+    #[arg(long, value_name = "CUTTER", default_value = "ball:d6mm")]
     cutter: Cutter,
 
     /// From row to row
@@ -175,7 +176,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         exit_face_in_words(exit_face_of(&subject.scene)),
         subject.scene.distance_mm,
         if subject.assumed { ", straight light assumed without a side file" } else { "" },
-        args.cutter,
+        args.cutter.in_words(),
         args.step_over.mm
     );
     for CheckLine { passed, what, says } in &study.lines {

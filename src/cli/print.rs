@@ -85,7 +85,7 @@ pub(super) fn budget(steps: &[BudgetStep], distance_mm: f64) {
 
 /// Prints what the picture is then, and what it was designed to bear.
 pub(super) fn finished(finished: &Finished) {
-    say!("\nAfter the finish ({}), which it is designed for", finished.plan);
+    say!("\nAfter the finish ({}), which it is designed for", finished.plan.in_words());
     say!("  relative RMS   {:.4}", finished.view.metrics.rel_rms);
     say!("  SSIM           {:.4}", finished.view.metrics.ssim);
     if let (Some(polish), Some([weaker, stronger])) = (finished.plan.polish, finished.off) {

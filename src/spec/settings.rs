@@ -256,7 +256,7 @@ settings! {
 
     /// Make the face such that the light is right after it has been finished: polish=0.1mm is a
     /// polish that blurs heights with this standard deviation; also
-    /// polish=0.1mm,cutter=ball:3mm,step-over=0.1mm, and gain=6 limits how much any wave is
+    /// polish=0.1mm,cutter=ball:d6mm,step-over=0.1mm, and gain=6 limits how much any wave is
     /// amplified for it (transport solver)
     #[arg(long, value_name = "FINISH", help_heading = "Solver")]
     finish: FinishPlan,

@@ -164,7 +164,7 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
         if fits {
             format!("{hollow}: {reaches}")
         } else {
-            format!("{hollow}, cutter {}: {}", cutter, reaches.replace("fit;", "do not fit everywhere;"))
+            format!("{hollow}, cutter {}: {}", cutter.in_words(), reaches.replace("fit;", "do not fit everywhere;"))
         },
     );
 
