@@ -99,6 +99,9 @@ pub(crate) struct DesignArgs {
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
     let Task { plan, outputs, report } = task(args, &progress)?;
+    // First of all, since they may change what is wanted.
+    progress.finish();
+    plan.warnings().iter().for_each(console::warn);
     let expected = memory::check(&plan, &outputs, !args.no_verify, args.memory)?;
     // Before hours are spent on a picture that is read in two ways.
     let target = if args.no_verify { None } else { Some(plan.target_light(&Machine)?) };

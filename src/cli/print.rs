@@ -101,7 +101,7 @@ pub(super) fn finished(finished: &Finished) {
 /// Prints what is seen.
 pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
     let parts = [
-        settings.source_size.map(|source| format!("source of {source}")),
+        settings.source_size.filter(|source| source.size().is_some()).map(|source| format!("source of {source}")),
         settings.roughness.map(|roughness| format!("roughness of {}", roughness.0)),
         settings.psf.as_ref().map(|speck| format!("spread as {}", speck.path.display())),
     ];
