@@ -217,6 +217,26 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
             None => assert_eq!(outcome.code, REFUSED, "{flags}: {}{}", outcome.out, outcome.err),
         }
     }
+    // What fails says what would do, and does.
+    for (flags, words) in [
+        ("--cutter flat:d6mm", &["--cutter ball:d6mm would do", "with --step-over"][..]),
+        ("--polish 0.1mm --max-slope 0.5", &["a design with --distance"]),
+        ("--polish 0.1mm --thickness 3mm", &["a stock of"]),
+        ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"]),
+        ("--polish 0.1mm --max-blur 1um", &["a design with --nodes", "or a STEP", "um in the CAM program"]),
+        ("--step-over 0.4mm", &["a step-over of", "or a polish of"]),
+    ] {
+        let outcome = workshop.run(&format!("check block.stl {flags}"));
+        let failed: String = outcome.out.lines().filter(|line| line.contains("FAIL")).collect();
+        assert!(words.iter().all(|words| failed.contains(words)), "{flags}: {failed}");
+    }
+    // A STEP has no triangles.
+    let made = workshop.run(
+        "design chiral.png -o block.step --size 30mm --distance 120mm --nodes 129 --no-verify --no-report --force",
+    );
+    assert_eq!(made.code, FINE, "{}", made.err);
+    let smooth = workshop.run("check block.step --polish 0.1mm --max-blur 1um");
+    assert!(smooth.out.contains("ok    facets      none: the file holds the smooth face"), "{}", smooth.out);
     // A design file, and a block without a side file.
     fs::write(workshop.path("design.toml"), "[design]\npicture = \"chiral.png\"\nsize = \"30mm\"\nnodes = 129\n")
         .unwrap();

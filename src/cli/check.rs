@@ -17,7 +17,7 @@ use crate::{
     spec::{self, Length},
     study::{
         bench::{exit_face_in_words, exit_face_of},
-        check::{CheckLine, CheckStudy, Makeable, Shop},
+        check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
         design::Plan,
         placement::Placing,
         tolerance::{Focus, ToleranceCase, ToleranceStudy, Tolerances},
@@ -26,6 +26,7 @@ use crate::{
     surface::Polish,
 };
 use anstyle::AnsiColor;
+use glasswarp_verify::load;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -234,7 +235,8 @@ fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failu
             warnings.into_iter().for_each(console::warn); // Else the block is opened once more.
         }
         let missing = |what: &str| side_files::missing(&args.block, &format!(", or give {what}"));
-        return Makeable::of_block(block, side.as_ref(), changed(args), &Machine, missing);
+        let form = FaceForm::of_file(load::Format::from_path(&args.block).map_err(Failure::refused)?);
+        return Makeable::of_block((block, form), side.as_ref(), changed(args), &Machine, missing);
     }
     if args.tolerance.tolerance {
         return Err(Failure::Usage("tolerances are those of a block: write one with 'glasswarp design' first".into()));
