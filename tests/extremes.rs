@@ -51,7 +51,12 @@ fn written(value: &str, number: &str) -> Vec<String> {
         "FILE" | "DIR" | "PICTURE" | "NAME" | "KIND" | "CURVE" | "PLACE" | "RENDERER" | "MODE" | "BOOL" | "SHELL" => {
             Vec::new()
         }
-        "CUTTER" => vec![format!("ball:{number}"), format!("bull:{number},{number}"), format!("flat:{number}")],
+        "CUTTER" => vec![
+            format!("ball:{number}"),
+            format!("ball:d{number}"),
+            format!("bull:{number},r{number}"),
+            format!("flat:{number}"),
+        ],
         "SHAPE" => vec![format!("circle:{number}"), format!("rounded:{number}")],
         "HOW" => vec![format!("gaussian:{number}")],
         "FINISH" => vec![

@@ -120,7 +120,7 @@ fn a_block_is_milled_polished_and_written() {
     let outcome = workshop.run(line);
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     let designed = row(&outcome.out, "as designed");
-    let milled = row(&outcome.out, "milled with ball:3mm, rows 0.1 mm apart");
+    let milled = row(&outcome.out, "milled with ball, 6 mm diameter, rows 0.1 mm apart");
     let polished = row(&outcome.out, "and polished, sigma 0.1 mm");
     for (measured, [found, _], step) in
         [(0.0004, designed, "designed"), (0.0594, milled, "milled"), (0.0012, polished, "polished")]
@@ -130,7 +130,9 @@ fn a_block_is_milled_polished_and_written() {
     assert_eq!(image::open(workshop.path("steps.png")).unwrap().width(), 3 * 420 + 4 * 16);
     // The file is what was judged, its side file says so, and the verifier agrees.
     let side = fs::read_to_string(workshop.path("milled.toml")).unwrap();
-    assert!(side.contains("milled in simulation with ball:3mm, rows 0.1 mm apart along x, polished with sigma 0.1 mm"));
+    assert!(side.contains(
+        "milled in simulation with ball, 6 mm diameter, rows 0.1 mm apart along x, polished with sigma 0.1 mm"
+    ));
     let verified = workshop.run("verify milled.stl --photons 100000");
     assert!(verified.code == FINE && verified.err.is_empty(), "{}", verified.err);
     let error = verified.out.lines().find(|line| line.contains("relative RMS  ")).unwrap();
@@ -140,7 +142,7 @@ fn a_block_is_milled_polished_and_written() {
     assert!(strict.code == SHORT && strict.err.contains("--max-error"), "{}", strict.err);
     // Rows along y spoil the picture as much as rows along x, the other way round.
     let across = workshop.run("mill block.stl --step-over 0.1mm --direction y");
-    let across = row(&across.out, "milled with ball:3mm, rows 0.1 mm apart");
+    let across = row(&across.out, "milled with ball, 6 mm diameter, rows 0.1 mm apart");
     assert!((0.3..3.0).contains(&(across[0] / milled[0])), "{across:?} {milled:?}");
 }
 
@@ -149,17 +151,17 @@ fn the_cheapest_cutter_is_found_or_none() {
     let workshop = Workshop::new();
     block(&workshop, "");
     let list = "[[cutter]]\nname = \"small\"\ncutter = \"ball:1mm\"\nfeed = \"1m\"\nstep-overs = [0.05, 0.1, 0.2]\n\n\
-                [[cutter]]\ncutter = \"ball:3mm\"\nfeed = 2000\nstep-overs = [\"0.05mm\", \"0.1mm\", \"0.2mm\"]\n";
+                [[cutter]]\ncutter = \"ball:d6mm\"\nfeed = 2000\nstep-overs = [\"0.05mm\", \"0.1mm\", \"0.2mm\"]\n";
     fs::write(workshop.path("cutters.toml"), list).unwrap();
     let found = workshop.run("mill block.stl --cutters cutters.toml --want-error 0.5 --polish 0.1mm");
     assert_eq!(found.code, FINE, "{}", found.err);
     // Everything is good enough for that: the fastest is the coarsest at the greater feed.
-    assert!(found.out.contains("Cheapest: ball:3mm, 0.2 mm from row to row"), "{}", found.out);
+    assert!(found.out.contains("Cheapest: ball, 6 mm diameter; 0.2 mm from row to row"), "{}", found.out);
     let none = workshop.run("mill block.stl --cutters cutters.toml --want-error 0.0001 --polish 0.1mm");
     assert!(none.code == SHORT && none.err.contains("no cutter") && none.err.contains("least met"), "{}", none.err);
     workshop.refuses("mill block.stl --cutters cutters.toml", REFUSED, &["--want-error"]);
     fs::write(workshop.path("wrong.toml"), list.replace("ball:1mm", "cone:1mm")).unwrap();
-    workshop.refuses("mill block.stl --cutters wrong.toml --want-error 0.1", REFUSED, &["cone", "ball:3mm"]);
+    workshop.refuses("mill block.stl --cutters wrong.toml --want-error 0.1", REFUSED, &["cone", "ball:d6mm"]);
     fs::write(workshop.path("slow.toml"), list.replace("2000", "-5")).unwrap();
     workshop.refuses("mill block.stl --cutters slow.toml --want-error 0.1", REFUSED, &["feed", "-5"]);
     workshop.refuses("mill block.stl --cutters nothing.toml --want-error 0.1", FILE, &["nothing.toml"]);
@@ -191,7 +193,7 @@ fn a_block_designed_for_its_polish_is_better_after_it() {
 fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
     let workshop = Workshop::new();
     block(&workshop, "");
-    let good = workshop.run("check block.stl --cutter ball:3mm --step-over 0.05mm --polish 0.1mm -o check.png");
+    let good = workshop.run("check block.stl --cutter ball:d6mm --step-over 0.05mm --polish 0.1mm -o check.png");
     assert_eq!(good.code, FINE, "{}{}", good.out, good.err);
     for word in ["hollows", "slope", "light", "relief", "thickness", "scallops", "facets", "least concave radius"] {
         assert!(good.out.contains(word), "'{word}' is not in\n{}", good.out);
@@ -215,6 +217,26 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
             None => assert_eq!(outcome.code, REFUSED, "{flags}: {}{}", outcome.out, outcome.err),
         }
     }
+    // What fails says what would do, and does.
+    for (flags, words) in [
+        ("--cutter flat:d6mm", &["--cutter ball:d6mm would do", "with --step-over"][..]),
+        ("--polish 0.1mm --max-slope 0.5", &["a design with --distance"]),
+        ("--polish 0.1mm --thickness 3mm", &["a stock of"]),
+        ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"]),
+        ("--polish 0.1mm --max-blur 1um", &["a design with --nodes", "or a STEP", "um in the CAM program"]),
+        ("--step-over 0.4mm", &["a step-over of", "or a polish of"]),
+    ] {
+        let outcome = workshop.run(&format!("check block.stl {flags}"));
+        let failed: String = outcome.out.lines().filter(|line| line.contains("FAIL")).collect();
+        assert!(words.iter().all(|words| failed.contains(words)), "{flags}: {failed}");
+    }
+    // A STEP has no triangles.
+    let made = workshop.run(
+        "design chiral.png -o block.step --size 30mm --distance 120mm --nodes 129 --no-verify --no-report --force",
+    );
+    assert_eq!(made.code, FINE, "{}", made.err);
+    let smooth = workshop.run("check block.step --polish 0.1mm --max-blur 1um");
+    assert!(smooth.out.contains("ok    facets      none: the file holds the smooth face"), "{}", smooth.out);
     // A design file, and a block without a side file.
     fs::write(workshop.path("design.toml"), "[design]\npicture = \"chiral.png\"\nsize = \"30mm\"\nnodes = 129\n")
         .unwrap();
@@ -265,7 +287,7 @@ fn what_cannot_be_milled_is_refused() {
         for (flags, words) in [
             ("--cutter ball:12mm", ["24 mm across", "30 x 20 mm"]),
             ("--cutter ball:-3mm", ["-3 mm", "0.01"]),
-            ("--cutter cone:3mm", ["cone", "ball:3mm"]),
+            ("--cutter cone:3mm", ["cone", "ball:d6mm"]),
             ("--step-over -0.1mm", ["-0.1 mm", "6 mm"]),
             ("--step-over 0", ["0 mm", "6 mm"]),
             ("--polish -1mm", ["-1 mm", "5 mm"]),

@@ -400,11 +400,11 @@ fn height_maps_for_a_cutter_give_its_tips_back() {
     let dome = |r: f64| move |i, j| (r * r - extent.node(i, j, nx, ny).length_squared()).sqrt();
     let surface = HeightField::new(extent, Field::from_fn(nx, ny, dome(80.0)));
     let solid = solid(&surface, Shape { rim: None, origin: Origin::Exit, skirt_mm: 0.0 });
-    for text in ["ball:3mm", "bull:3mm,1mm"] {
+    for text in ["ball:d6mm", "bull:d6mm,r1mm"] {
         let cutter: Cutter = text.parse().unwrap();
         let tips = tool_offset(&surface, cutter);
         let map = HeightMap::of_tips(&solid, cutter);
-        assert!(map.entries().iter().any(|(name, value)| *name == "Heights" && value.contains(text)));
+        assert!(map.entries().iter().any(|(name, value)| *name == "Heights" && value.contains(&cutter.in_words())));
         let (low, high) = map.range_mm();
         for (name, tolerance) in [("tips.png", 0.500_05 * (high - low) / 65535.0), ("tips.exr", 1e-6)] {
             let path = folder.path().join(name);

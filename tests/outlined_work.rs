@@ -228,7 +228,7 @@ fn a_round_block_is_checked_and_milled() {
     let [designed, alone, raw, both] = [
         "as designed",
         "polished alone, sigma 0.4 mm",
-        "milled with ball:3mm, rows 0.4 mm apart",
+        "milled with ball, 6 mm diameter, rows 0.4 mm apart",
         "and polished, sigma 0.4 mm",
     ]
     .map(|step| number(&milled.out, step));

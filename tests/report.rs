@@ -141,7 +141,7 @@ fn found_and_milled_blocks_have_reports_if_they_are_asked_for() {
     let milled = workshop.run("mill block.stl --cutter ball:3mm --step-over 0.5mm --polish 0.3mm --report milled.html");
     assert_eq!(milled.code, FINE, "{}", milled.err);
     let html = fs::read_to_string(workshop.path("milled.html")).unwrap();
-    for part in ["Light after the work", "milled with ball:3mm", "Scallops", "min at 2000 mm per minute"] {
+    for part in ["Light after the work", "milled with ball, 6 mm diameter", "Scallops", "min at 2000 mm per minute"] {
         assert!(html.contains(part), "{part}");
     }
     let files = workshop.files();

@@ -255,3 +255,27 @@ fn a_design_that_would_not_fit_into_memory_is_refused_with_a_remedy() {
     let (code, text) = said("design picture.png --nodes 257 -o b.stl --no-verify --quality draft --ignore-memory");
     assert_eq!(code, Some(FINE), "{text}");
 }
+
+#[test]
+fn light_without_a_size_is_warned_of_and_any_size_answers() {
+    let shop = Workshop::new();
+    let said = |line: &str| {
+        let outcome = shop.run(&format!("design picture.png --nodes 17 --no-verify -o p.stl --json {line}"));
+        assert_eq!(outcome.code, FINE, "{}", outcome.err);
+        let warnings = document(&outcome)["warnings"].as_array().unwrap().clone();
+        warnings.into_iter().map(|warning| warning.as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let sun = |warnings: &[String]| warnings.iter().position(|warning| warning.contains("0.53 degrees"));
+    // A block of 100 mm, a receiver at 250 mm, in front of which the sun's disc is 2.31 mm.
+    let warned = said("--force");
+    assert_eq!(sun(&warned), Some(0), "{warned:?}");
+    for words in ["2.31 mm", "2.3 %", "--distance 108mm", "--source-size sun", "--source-size none"] {
+        assert!(warned[0].contains(words), "'{words}' is not in {}", warned[0]);
+    }
+    for answer in ["--source-size none", "--source-size sun", "--source-size 0.1deg", "--light point"] {
+        assert_eq!(sun(&said(&format!("--force {answer}"))), None, "{answer}");
+    }
+    for preset in ["desk-demo", "sunlit-window", "torch-on-table", "wall-mirror"] {
+        assert_eq!(sun(&said(&format!("--force --preset {preset}"))), None, "{preset}");
+    }
+}

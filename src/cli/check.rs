@@ -17,7 +17,7 @@ use crate::{
     spec::{self, Length},
     study::{
         bench::{exit_face_in_words, exit_face_of},
-        check::{CheckLine, CheckStudy, Makeable, Shop},
+        check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
         design::Plan,
         placement::Placing,
         tolerance::{Focus, ToleranceCase, ToleranceStudy, Tolerances},
@@ -26,6 +26,7 @@ use crate::{
     surface::Polish,
 };
 use anstyle::AnsiColor;
+use glasswarp_verify::load;
 use std::path::PathBuf;
 
 #[derive(clap::Args)]
@@ -46,8 +47,9 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH")]
     distance: Option<Length>,
 
-    /// The finishing cutter and its radii: ball:3mm, flat:6mm or bull:6mm,1mm
-    #[arg(long, value_name = "CUTTER", default_value = "ball:3mm")]
+    /// The finishing cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without
+    /// a letter), flat:d12mm, bull:d12mm,r1mm (its corner's radius last)
+    #[arg(long, value_name = "CUTTER", default_value = "ball:d6mm")]
     cutter: Cutter,
 
     /// From row to row
@@ -175,7 +177,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         exit_face_in_words(exit_face_of(&subject.scene)),
         subject.scene.distance_mm,
         if subject.assumed { ", straight light assumed without a side file" } else { "" },
-        args.cutter,
+        args.cutter.in_words(),
         args.step_over.mm
     );
     for CheckLine { passed, what, says } in &study.lines {
@@ -233,7 +235,8 @@ fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failu
             warnings.into_iter().for_each(console::warn); // Else the block is opened once more.
         }
         let missing = |what: &str| side_files::missing(&args.block, &format!(", or give {what}"));
-        return Makeable::of_block(block, side.as_ref(), changed(args), &Machine, missing);
+        let form = FaceForm::of_file(load::Format::from_path(&args.block).map_err(Failure::refused)?);
+        return Makeable::of_block((block, form), side.as_ref(), changed(args), &Machine, missing);
     }
     if args.tolerance.tolerance {
         return Err(Failure::Usage("tolerances are those of a block: write one with 'glasswarp design' first".into()));

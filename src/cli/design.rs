@@ -65,8 +65,9 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "FILE")]
     height_map: Vec<PathBuf>,
 
-    /// Offset the height maps for this cutter, ball:3mm, flat:6mm or bull:6mm,1mm (radii): they
-    /// then tell where its tip goes. For programs that move the tool to the heights of the picture
+    /// Offset the height maps for this cutter, ball:d6mm (its diameter) or ball:r3mm (its radius),
+    /// flat:d12mm or bull:d12mm,r1mm: they then tell where its tip goes. For programs that move the
+    /// tool to the heights of the picture
     #[arg(long, value_name = "CUTTER", requires = "height_map")]
     height_map_cutter: Option<Cutter>,
 
@@ -98,6 +99,9 @@ pub(crate) struct DesignArgs {
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
     let Task { plan, outputs, report } = task(args, &progress)?;
+    // First of all, since they may change what is wanted.
+    progress.finish();
+    plan.warnings().iter().for_each(console::warn);
     let expected = memory::check(&plan, &outputs, !args.no_verify, args.memory)?;
     // Before hours are spent on a picture that is read in two ways.
     let target = if args.no_verify { None } else { Some(plan.target_light(&Machine)?) };

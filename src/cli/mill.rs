@@ -47,7 +47,8 @@ pub(crate) struct MillArgs {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
 
-    /// The cutter and its radii: ball:3mm, flat:6mm or bull:6mm,1mm [default: ball:3mm]
+    /// The cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without a letter),
+    /// flat:d12mm, bull:d12mm,r1mm (its corner's radius last) [default: ball:d6mm]
     #[arg(long, value_name = "CUTTER", conflicts_with = "cutters")]
     cutter: Option<Cutter>,
 
@@ -179,7 +180,7 @@ fn choose(path: &Path, piece: &Workpiece, requirements: &CutterRequirements) -> 
     progress.finish();
     match chosen? {
         Ok(pass) => {
-            say!("Cheapest: {}, {} mm from row to row.\n", pass.cutter, pass.step_over_mm);
+            say!("Cheapest: {}; {} mm from row to row.\n", pass.cutter.in_words(), pass.step_over_mm);
             Ok(pass)
         }
         Err(least) => Err(Failure::BelowThreshold(format!(

@@ -31,7 +31,7 @@ use std::{path::PathBuf, process::ExitCode};
 const EXAMPLE: &str = "\
 Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
-  glasswarp check portrait.stl --cutter ball:3mm --step-over 0.1mm
+  glasswarp check portrait.stl --cutter ball:d6mm --step-over 0.1mm
   glasswarp verify portrait.stl --target portrait.png";
 
 const CLOSING: &str = "\

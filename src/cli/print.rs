@@ -85,7 +85,7 @@ pub(super) fn budget(steps: &[BudgetStep], distance_mm: f64) {
 
 /// Prints what the picture is then, and what it was designed to bear.
 pub(super) fn finished(finished: &Finished) {
-    say!("\nAfter the finish ({}), which it is designed for", finished.plan);
+    say!("\nAfter the finish ({}), which it is designed for", finished.plan.in_words());
     say!("  relative RMS   {:.4}", finished.view.metrics.rel_rms);
     say!("  SSIM           {:.4}", finished.view.metrics.ssim);
     if let (Some(polish), Some([weaker, stronger])) = (finished.plan.polish, finished.off) {
@@ -101,7 +101,7 @@ pub(super) fn finished(finished: &Finished) {
 /// Prints what is seen.
 pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
     let parts = [
-        settings.source_size.map(|source| format!("source of {source}")),
+        settings.source_size.filter(|source| source.size().is_some()).map(|source| format!("source of {source}")),
         settings.roughness.map(|roughness| format!("roughness of {}", roughness.0)),
         settings.psf.as_ref().map(|speck| format!("spread as {}", speck.path.display())),
     ];

@@ -40,7 +40,7 @@ enum Meaning {
     /// The face itself.
     Surface,
     /// Where the tip of a cutter goes, already offset for it; the cutter as [`Cutter`] writes it,
-    /// such as `ball:3mm`.
+    /// such as `ball, 6 mm diameter`.
     ToolTip(String),
 }
 
@@ -108,7 +108,7 @@ impl HeightMap {
 
     /// The map of where the tip of a cutter goes over a block's exit face: see [`tool_offset`].
     pub fn of_tips(solid: &Solid, cutter: Cutter) -> Self {
-        Self::new(solid, tool_offset(&solid.surface().sheet(), cutter), Meaning::ToolTip(cutter.to_string()))
+        Self::new(solid, tool_offset(&solid.surface().sheet(), cutter), Meaning::ToolTip(cutter.in_words()))
     }
 
     /// The map of heights at equidistant nodes over a block, mm above the mean plane of its exit
@@ -148,7 +148,7 @@ impl HeightMap {
         let size = self.picture_size_mm();
         let meaning = match &self.meaning {
             Meaning::Surface => "the face itself".to_owned(),
-            Meaning::ToolTip(cutter) => format!("tip of the cutter {cutter} (radii), already offset for it"),
+            Meaning::ToolTip(cutter) => format!("tip of the cutter ({cutter}), already offset for it"),
         };
         let number = |value: f64| format!("{value:?}");
         let mut entries = vec![

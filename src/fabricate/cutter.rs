@@ -29,7 +29,8 @@ pub struct Cutter {
 pub enum CutterError {
     /// A radius out of range.
     #[error(
-        "the cutter's radius is {radius_mm} mm; it must lie between {} mm and {} mm",
+        "the cutter's radius is {radius_mm} mm, its diameter {} mm; the radius must lie between {} mm and {} mm",
+        2.0 * radius_mm,
         Cutter::RADIUS_LIMITS_MM.0,
         Cutter::RADIUS_LIMITS_MM.1
     )]
@@ -39,7 +40,7 @@ pub enum CutterError {
     },
     /// A corner that does not fit.
     #[error(
-        "the corner radius is {corner_mm} mm; it must lie above 0 and below the cutter's radius of {radius_mm} mm (a corner as large as the cutter is a ball: ball:{radius_mm}mm)"
+        "the corner radius is {corner_mm} mm; it must lie above 0 and below the cutter's radius of {radius_mm} mm (a corner as large as the cutter is a ball: ball:r{radius_mm}mm)"
     )]
     Corner {
         /// The refused corner radius, mm.
@@ -48,7 +49,9 @@ pub enum CutterError {
         radius_mm: f64,
     },
     /// No cutter at all.
-    #[error("'{text}' is no cutter: {why}; write ball:3mm, flat:6mm or bull:6mm,1mm (radius, corner radius)")]
+    #[error(
+        "'{text}' is no cutter: {why}; write ball:d6mm (diameter) or ball:r3mm (radius), flat:d12mm, or bull:d12mm,r1mm (its corner's radius last)"
+    )]
     Text {
         /// What was written.
         text: String,
@@ -96,6 +99,19 @@ impl Cutter {
             Ok(Self { shape, radius_mm, corner_mm })
         } else {
             Err(CutterError::Radius { radius_mm })
+        }
+    }
+
+    /// The cutter as a workshop calls it: `ball, 6 mm diameter`. Its [`Display`](fmt::Display) is the
+    /// form that is read.
+    pub fn in_words(&self) -> String {
+        let diameter_mm = 2.0 * self.radius_mm;
+        match self.shape {
+            CutterShape::Ball => format!("ball, {diameter_mm} mm diameter"),
+            CutterShape::Flat => format!("flat, {diameter_mm} mm diameter"),
+            CutterShape::Bull => {
+                format!("bull, {diameter_mm} mm diameter, corner radius {} mm", self.corner_mm)
+            }
         }
     }
 
@@ -157,11 +173,13 @@ impl Cutter {
 }
 
 impl fmt::Display for Cutter {
+    /// By diameter, as shops do, and with a letter that says so.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let diameter_mm = 2.0 * self.radius_mm;
         match self.shape {
-            CutterShape::Ball => write!(f, "ball:{}mm", self.radius_mm),
-            CutterShape::Flat => write!(f, "flat:{}mm", self.radius_mm),
-            CutterShape::Bull => write!(f, "bull:{}mm,{}mm", self.radius_mm, self.corner_mm),
+            CutterShape::Ball => write!(f, "ball:d{diameter_mm}mm"),
+            CutterShape::Flat => write!(f, "flat:d{diameter_mm}mm"),
+            CutterShape::Bull => write!(f, "bull:d{diameter_mm}mm,r{}mm", self.corner_mm),
         }
     }
 }
@@ -169,21 +187,35 @@ impl fmt::Display for Cutter {
 impl FromStr for Cutter {
     type Err = CutterError;
 
-    /// Reads `ball:3mm`, `flat:6mm`, `bull:6mm,1mm`: radii, with mm, cm, m or in; a bare number is
-    /// mm.
+    /// Reads `ball:d6mm` (diameter), `ball:r3mm` (radius), `flat:d12mm`, `bull:d12mm,r1mm`, with mm,
+    /// cm, m or in; a bare number is mm. Without a letter a size is a radius.
     fn from_str(text: &str) -> Result<Self, CutterError> {
         let fault = |why: String| CutterError::Text { text: text.to_owned(), why };
-        let (kind, sizes) = text.split_once(':').ok_or_else(|| fault("it names no radius".into()))?;
-        let lengths = sizes.split(',').map(length_mm).collect::<Result<Vec<f64>, _>>().map_err(fault)?;
+        let (kind, sizes) = text.split_once(':').ok_or_else(|| fault("it names no size".into()))?;
+        let (size, corner) = sizes.split_once(',').map_or((sizes, None), |(size, corner)| (size, Some(corner)));
+        let corner = corner.map(|corner| match corner.trim().strip_prefix(['d', 'D']) {
+            Some(_) => Err("a corner is told by its radius, as in bull:d12mm,r1mm".to_owned()),
+            None => radius_mm(corner),
+        });
+        let lengths: Vec<f64> = [radius_mm(size)].into_iter().chain(corner).collect::<Result<_, _>>().map_err(fault)?;
         match (kind.trim().to_ascii_lowercase().as_str(), lengths.as_slice()) {
             ("ball", [radius]) => Self::ball(*radius),
             ("flat", [radius]) => Self::flat(*radius),
             ("bull", [radius, corner]) => Self::bull(*radius, *corner),
-            ("ball" | "flat", _) => Err(fault("it has one radius".into())),
-            ("bull", _) => Err(fault("it has two radii".into())),
+            ("ball" | "flat", _) => Err(fault("it has one size".into())),
+            ("bull", _) => Err(fault("it has two sizes".into())),
             (other, _) => Err(fault(format!("there is no kind '{other}'"))),
         }
     }
+}
+
+/// A radius, or half a diameter.
+fn radius_mm(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    if let Some(diameter) = text.strip_prefix(['d', 'D']) {
+        return Ok(0.5 * length_mm(diameter)?);
+    }
+    length_mm(text.strip_prefix(['r', 'R']).unwrap_or(text))
 }
 
 fn length_mm(text: &str) -> Result<f64, String> {
@@ -202,12 +234,42 @@ mod tests {
 
     #[test]
     fn cutters_are_read_as_they_are_written() {
-        for text in ["ball:3mm", "flat:6mm", "bull:6mm,1mm"] {
-            assert_eq!(text.parse::<Cutter>().unwrap().to_string(), text);
+        for (forms, words) in [
+            (["ball:d6mm", "ball:r3mm", "ball:3mm", "Ball: D 0.6cm"], "ball, 6 mm diameter"),
+            (["flat:d12mm", "flat:r6mm", "flat:6mm", "flat:d12"], "flat, 12 mm diameter"),
+            (
+                ["bull:d12mm,r1mm", "bull:d12mm,1mm", "bull:r6mm,1mm", "bull:6mm, R1mm"],
+                "bull, 12 mm diameter, corner radius 1 mm",
+            ),
+        ] {
+            for text in forms {
+                let cutter: Cutter = text.parse().unwrap();
+                assert_eq!((cutter.to_string().as_str(), cutter.in_words().as_str()), (forms[0], words), "{text}");
+            }
+        }
+        for radius in [0.1, 0.3, 1.0 / 3.0, 3.175] {
+            let cutter = Cutter::ball(radius).unwrap();
+            assert_eq!(cutter.to_string().parse::<Cutter>().unwrap(), cutter);
         }
         assert_eq!("Ball: 0.5in".parse::<Cutter>().unwrap().radius_mm(), 12.7);
         assert_eq!("ball:3".parse::<Cutter>().unwrap(), Cutter::ball(3.0).unwrap());
-        for text in ["", "ball", "ball:", "ball:x", "ball:3,1", "bull:6", "cone:3", "ball:-3mm", "ball:nan", "flat:0"] {
+        for text in [
+            "",
+            "ball",
+            "ball:",
+            "ball:x",
+            "ball:3,1",
+            "bull:6",
+            "cone:3",
+            "ball:-3mm",
+            "ball:nan",
+            "flat:0",
+            "ball:d",
+            "ball:dr3mm",
+            "ball:d3mm,d1mm",
+            "bull:d6mm,d1mm",
+            "bull:1,2,3",
+        ] {
             assert!(text.parse::<Cutter>().is_err(), "{text} was taken");
         }
         assert!(matches!("bull:3mm,3mm".parse::<Cutter>(), Err(CutterError::Corner { .. })));

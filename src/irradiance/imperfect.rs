@@ -48,6 +48,22 @@ pub enum SourceSize {
 impl SourceSize {
     /// The sun as seen from the earth: 0.53 degrees.
     pub const SUN: Self = Self::Angle { diameter: 0.53 * std::f64::consts::PI / 180.0 };
+
+    /// How wide and how high the light of one point of the face becomes in the middle of a bench's
+    /// window, mm: nothing smaller is left of a picture.
+    ///
+    /// # Errors
+    /// A size out of range, a source that does not fit the light.
+    pub fn spot_mm(self, bench: &Bench) -> Result<DVec2, PsfError> {
+        Ok(match CentralRay::of(bench)?.source_spot(self)? {
+            // Images of a square of side 1, and of a disc of radius 1.
+            Spot::Shape(SpotShape::Square, map) => {
+                DVec2::new(map.row(0).abs().element_sum(), map.row(1).abs().element_sum())
+            }
+            Spot::Shape(_, map) => 2.0 * DVec2::new(map.row(0).length(), map.row(1).length()),
+            Spot::Picture(_) => DVec2::ZERO,
+        })
+    }
 }
 
 /// What makes the light of a bench less than perfect. The default is perfect light.
@@ -253,6 +269,9 @@ mod tests {
         let sun = ImperfectLight { source: Some(SourceSize::SUN), ..ImperfectLight::default() };
         let across = 0.25 * 250.0 * 0.53_f64.to_radians() / angle.cos();
         near(deviation(&sun, &bench), DVec2::new(across / angle.cos(), across));
+        // Four standard deviations of a disc are its diameter.
+        let spot = SourceSize::SUN.spot_mm(&bench).unwrap();
+        assert!((spot - 4.0 * DVec2::new(across / angle.cos(), across)).abs().max_element() < 1e-4, "{spot}");
     }
 
     #[test]

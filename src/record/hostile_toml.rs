@@ -18,12 +18,12 @@ const DESIGN: &str = "# comment\n[design]\npicture = \"a.png\"\npreset = \"desk-
     source-distance = \"1m\"\nemission = \"gaussian:12deg\"\nior = 1.6\nthickness = 12\nmin-thickness = \"3mm\"\nskirt = 1\nnodes = 257\n\
     rim = \"10mm,-4mm\"\nmark = 5\norigin = \"stock-top\"\nstep-tolerance = 0.5\noffset = 0.1\ntransfer = 'srgb'\n\
     crop = '1,2,30,40'\nrotate = '90deg'\nflip = 'vertical'\nlevels = '0.1,0.9,1.2'\ninvert = true\nbackground = '#102030'\nlayer = 'a.b'\n\
-    solver = \"\"\"transport\"\"\"\nquality = \"fine\"\nmin-radius = 0x3\nfinish = \"polish=0.1mm,cutter=bull:6mm,1mm,step-over=0.1mm,gain=6\"\n";
+    solver = \"\"\"transport\"\"\"\nquality = \"fine\"\nmin-radius = 0x3\nfinish = \"polish=0.1mm,cutter=bull:d12mm,r1mm,step-over=0.1mm,gain=6\"\n";
 const SIDE: &str = "[design]\npicture = \"a.png\"\nsize = \"100mm\"\n[bench]\nlight = \"parallel\"\nior = 1.5\nwidth-mm = 100.0\n\
     height-mm = 100.0\nentry-z-mm = -4.1\nrelief-mm = 2.5\nthinnest-mm = 3.0\ndistance-mm = 250.0\nwindow-width-mm = 100.0\n\
     window-height-mm = 100.0\nlight-direction = [0.0, 0.0, 1.0]\n[frame]\norigin-mm = [0.0, 0.0, 0.0]\n[picture]\nsha256 = \"0a\"\n\
     [files]\n\"b.stl\" = \"0b\"\n[height-maps.\"m.exr\"]\nMmPerPixelX = 0.1\n";
-const CUTTERS: &str = "[[cutter]]\nname = \"ball\"\ncutter = \"ball:3mm\"\nfeed = \"2000mm\"\nstep-overs = [0.1, \"0.2mm\"]\n\
+const CUTTERS: &str = "[[cutter]]\nname = \"ball\"\ncutter = \"ball:d6mm\"\nfeed = \"2000mm\"\nstep-overs = [0.1, \"0.2mm\"]\n\
     [[cutter]]\ncutter = \"flat:6mm\"\nfeed = 1e3\n";
 
 /// A file may take this: its values, and the words of a refusal, which quotes it.
@@ -66,8 +66,8 @@ fn words_of_the_command_line() {
     let words = [
         "250mm",
         "25mm,-3mm",
-        "polish=0.1mm,cutter=bull:6mm,1mm,step-over=0.1mm,gain=6",
-        "ball:3mm",
+        "polish=0.1mm,cutter=bull:d12mm,r1mm,step-over=0.1mm,gain=6",
+        "ball:r3mm",
         "45deg",
         "20deg,90deg",
         "gaussian:12deg",

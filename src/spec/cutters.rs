@@ -52,7 +52,8 @@ impl CutterList {
         if let Some(entry) = list.cutter.iter().find(|entry| entry.feed.mm.is_nan() || entry.feed.mm <= 0.0) {
             return Err(Failure::Usage(format!(
                 "the feed of {} is {}; it must be above 0 mm",
-                entry.cutter, entry.feed
+                entry.cutter.in_words(),
+                entry.feed
             )));
         }
         Ok(list)

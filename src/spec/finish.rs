@@ -4,7 +4,7 @@ use super::{length::Length, quantity::read_as_text};
 use crate::{fabricate::Cutter, surface::Polish};
 use std::{fmt, str::FromStr};
 
-/// `polish=0.1mm`, or `polish=0.1mm,cutter=ball:3mm,step-over=0.1mm,gain=6`.
+/// `polish=0.1mm`, or `polish=0.1mm,cutter=ball:d6mm,step-over=0.1mm,gain=6`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FinishPlan {
     /// The polish.
@@ -32,7 +32,7 @@ impl FromStr for FinishPlan {
         let mut plan = Self::default();
         let (mut sigma, mut gain) = (None, None);
         for part in &parts {
-            let known = "a finish is written polish=0.1mm, with cutter=ball:3mm, step-over=0.1mm and gain=6 if wanted";
+            let known = "a finish is written polish=0.1mm, with cutter=ball:d6mm (its diameter; ball:r3mm is its radius), step-over=0.1mm and gain=6 if wanted";
             let (name, value) = part.split_once('=').ok_or_else(|| format!("'{part}' names no value; {known}"))?;
             match name.trim() {
                 "polish" => sigma = Some(value.parse::<Length>()?.mm),
@@ -55,9 +55,19 @@ impl FromStr for FinishPlan {
             return Err("a flat cutter leaves steps on every slope: nothing can be designed for it; take a ball or a bull-nose cutter".into());
         }
         if plan.step_over_mm.is_some() && plan.cutter.is_none() {
-            return Err("step-over=... needs a cutter, as in cutter=ball:3mm".into());
+            return Err("step-over=... needs a cutter, as in cutter=ball:d6mm".into());
         }
         Ok(plan)
+    }
+}
+
+impl FinishPlan {
+    /// The same for people; [`Display`](fmt::Display) is the form that is read.
+    pub fn in_words(&self) -> String {
+        let cutter = self.cutter.map(|cutter| cutter.in_words());
+        let rows = self.step_over_mm.map(|mm| format!("rows {mm} mm apart"));
+        let polish = self.polish.map(|p| format!("polish of {} mm, gain at most {}", p.sigma_mm(), p.most_gain()));
+        [cutter, rows, polish].into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
 }
 
@@ -78,10 +88,14 @@ mod tests {
     #[test]
     fn finishes_are_read_as_they_are_written() {
         for text in
-            ["polish=0.1mm,gain=6", "polish=0.05mm,gain=3,cutter=bull:6mm,1mm,step-over=0.1mm", "cutter=ball:3mm"]
+            ["polish=0.1mm,gain=6", "polish=0.05mm,gain=3,cutter=bull:d12mm,r1mm,step-over=0.1mm", "cutter=ball:d6mm"]
         {
             assert_eq!(text.parse::<FinishPlan>().unwrap().to_string(), text);
         }
+        let plan: FinishPlan = "polish=0.1mm,cutter=ball:3mm,step-over=0.1mm".parse().unwrap();
+        assert_eq!(plan.in_words(), "ball, 6 mm diameter, rows 0.1 mm apart, polish of 0.1 mm, gain at most 6");
+        // As older side files have it.
+        assert_eq!("cutter=bull:6mm,1mm".parse::<FinishPlan>().unwrap().to_string(), "cutter=bull:d12mm,r1mm");
         for text in
             ["", "polish", "polish=x", "polish=-1mm", "gain=6", "cutter=flat:3mm", "step-over=1mm", "varnish=1mm"]
         {

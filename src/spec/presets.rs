@@ -8,13 +8,13 @@ names!(PresetName, "preset");
 /// A common set-up to start from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum PresetName {
-    /// A slab on the sill of a sunny window, its picture in the room
+    /// A block in the sun, its picture on a card a hand's breadth behind it
     SunlitWindow,
-    /// A torch or LED behind a block on the table
+    /// A bare LED behind a block on the table
     TorchOnTable,
-    /// A collimated lamp and a small block on a desk
+    /// A laser made wide and a small block on a desk
     DeskDemo,
-    /// A polished face that throws sunlight onto a wall
+    /// A polished face that throws sunlight onto a wall near by
     WallMirror,
 }
 

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     failure::Failure,
-    irradiance::{Background, Crop, Edits, Flip, Framing, Levels, PictureOptions, Rotation, Transfer},
+    irradiance::{Background, Crop, Edits, Flip, Framing, Levels, PictureOptions, Rotation, SourceSize, Transfer},
 };
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -128,7 +128,7 @@ settings! {
     min_thickness: Length,
 
     /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a
-    /// disc) or 5x3mm for a point source
+    /// disc) or 5x3mm for a point source; none for a laser, and for what else spreads nothing
     #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
     source_size: SourceName,
 
@@ -256,7 +256,7 @@ settings! {
 
     /// Make the face such that the light is right after it has been finished: polish=0.1mm is a
     /// polish that blurs heights with this standard deviation; also
-    /// polish=0.1mm,cutter=ball:3mm,step-over=0.1mm, and gain=6 limits how much any wave is
+    /// polish=0.1mm,cutter=ball:d6mm,step-over=0.1mm, and gain=6 limits how much any wave is
     /// amplified for it (transport solver)
     #[arg(long, value_name = "FINISH", help_heading = "Solver")]
     finish: FinishPlan,
@@ -349,8 +349,13 @@ impl Settings {
         self.light.unwrap_or(if of_a_source { LightName::Point } else { LightName::Parallel })
     }
 
+    /// The size of the source, if it has one that spreads light.
+    pub fn spread_source(&self) -> Option<SourceSize> {
+        self.source_size.and_then(SourceName::size)
+    }
+
     /// Whether light is spread: by its source, by the face, or as a measured speck shows.
     pub fn has_spread(&self) -> bool {
-        self.source_size.is_some() || self.roughness.is_some() || self.psf.is_some()
+        self.spread_source().is_some() || self.roughness.is_some() || self.psf.is_some()
     }
 }

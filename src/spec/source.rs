@@ -13,9 +13,11 @@ use std::{fmt, path::PathBuf, str::FromStr};
 read_as_text!(SourceName, Roughness, SpeckFile);
 names!(DeconvolutionName, "deconvolution");
 
-/// The size of the source: `sun`, `0.53deg`, `5mm` or `5x3mm`.
+/// The size of the source: `sun`, `0.53deg`, `5mm` or `5x3mm`; `none` says that it has none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SourceName {
+    /// None that would be seen, such as that of a laser.
+    None,
     /// A disc far away, by its angular diameter.
     Angle(Angle),
     /// A disc, by its diameter.
@@ -29,8 +31,10 @@ impl FromStr for SourceName {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        if text == "sun" {
-            return Ok(Self::Angle(Angle { deg: 0.53 }));
+        match text {
+            "sun" => return Ok(Self::Angle(Angle { deg: 0.53 })),
+            "none" => return Ok(Self::None),
+            _ => {}
         }
         if let Some((width, height)) = text.split_once('x') {
             // 5x3mm: the unit stands once.
@@ -40,11 +44,11 @@ impl FromStr for SourceName {
             return Ok(Self::Rectangle(width.parse()?, height.parse()?));
         }
         if text.parse::<f64>().is_ok() {
-            return Err(format!("'{text}' lacks its unit; write sun, 0.53deg, 5mm or 5x3mm"));
+            return Err(format!("'{text}' lacks its unit; write sun, 0.53deg, 5mm, 5x3mm or none"));
         }
         text.parse().map(Self::Disc).or_else(|_| text.parse().map(Self::Angle)).map_err(|_: String| {
             format!(
-                "'{text}' is no size of a source; write sun, 0.53deg (parallel light), 5mm or 5x3mm (a point source)"
+                "'{text}' is no size of a source; write sun, 0.53deg (parallel light), 5mm or 5x3mm (a point source), or none"
             )
         })
     }
@@ -53,6 +57,7 @@ impl FromStr for SourceName {
 impl fmt::Display for SourceName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::None => f.write_str("none"),
             Self::Angle(angle) => write!(f, "{angle}"),
             Self::Disc(diameter) => write!(f, "{}mm", diameter.mm),
             Self::Rectangle(width, height) => write!(f, "{}x{}mm", width.mm, height.mm),
@@ -60,13 +65,15 @@ impl fmt::Display for SourceName {
     }
 }
 
-impl From<SourceName> for SourceSize {
-    fn from(name: SourceName) -> Self {
-        match name {
-            SourceName::Angle(angle) => Self::Angle { diameter: angle.radians() },
-            SourceName::Disc(diameter) => Self::Disc { diameter_mm: diameter.mm },
-            SourceName::Rectangle(width, height) => Self::Rectangle { width_mm: width.mm, height_mm: height.mm },
-        }
+impl SourceName {
+    /// What spreads light; nothing does that is said to have no size.
+    pub fn size(self) -> Option<SourceSize> {
+        Some(match self {
+            Self::None => return None,
+            Self::Angle(angle) => SourceSize::Angle { diameter: angle.radians() },
+            Self::Disc(diameter) => SourceSize::Disc { diameter_mm: diameter.mm },
+            Self::Rectangle(width, height) => SourceSize::Rectangle { width_mm: width.mm, height_mm: height.mm },
+        })
     }
 }
 

@@ -8,7 +8,7 @@ use super::{
     workpiece::surface_of,
 };
 use crate::{
-    fabricate::{Cutter, FaceShape, Pass, Scallop},
+    fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop},
     failure::Failure,
     pipeline,
     record::{SideFile, document},
@@ -17,8 +17,31 @@ use crate::{
     surface::{HeightField, Polish},
 };
 use glam::DVec2;
-use glasswarp_verify::{Block, End, Optics, Scene, Tracer};
+use glasswarp_verify::{Block, End, Optics, Scene, Tracer, load::Format};
 use rayon::prelude::*;
+
+/// What a file says of its exit face.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaceForm {
+    /// Flat triangles between its nodes.
+    Triangles,
+    /// A smooth surface (STEP).
+    Smooth,
+    /// Heights, between which the program of a router goes on as it likes.
+    Heights,
+}
+
+impl FaceForm {
+    /// That of a file.
+    pub fn of_file(format: Format) -> Self {
+        match format {
+            Format::Step => Self::Smooth,
+            Format::HeightMapPng | Format::HeightMapExr => Self::Heights,
+            // A mesh, and whatever else may be read one day.
+            _ => Self::Triangles,
+        }
+    }
+}
 
 /// What a shop can do, and what it is asked for.
 pub struct Shop {
@@ -48,6 +71,8 @@ pub struct Makeable {
     pub scene: Scene,
     /// Whether nothing is known of the light, which then is taken to be straight.
     pub assumed: bool,
+    /// What the file holds of the exit face; of a design that is not written yet, what a mesh would.
+    pub form: FaceForm,
     block: Block,
 }
 
@@ -100,7 +125,7 @@ impl Makeable {
     /// # Errors
     /// A bench that cannot be; without a side file, `missing` of what is not given.
     pub fn of_block(
-        block: Block,
+        (block, form): (Block, FaceForm),
         side: Option<&SideFile>,
         changed: (Option<f64>, Option<f64>),
         host: &dyn Host,
@@ -108,7 +133,7 @@ impl Makeable {
     ) -> Result<Self, Failure> {
         let scene = scene_of_file(Some(&block), block.size_mm(), side, changed, host, missing)?;
         let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
-        Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none() })
+        Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none(), form })
     }
 
     /// A design that has not been written yet.
@@ -125,6 +150,7 @@ impl Makeable {
             block: *found,
             scene: plan.scene.clone(),
             assumed: false,
+            form: FaceForm::Triangles,
         })
     }
 }
@@ -142,39 +168,41 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     let mut say = |what, passed, says: String| lines.push(CheckLine { passed, what, says });
 
     let (needed, sharpest) = (cutter.corner_mm(), shape.sharpest());
-    let reaches = if cutter.corner_mm() == 0.0 {
-        format!(
-            "a flat cutter leaves steps on every slope, of up to {:.1} um",
-            1e3 * shape.steepest().1 * pass.step_over_mm
-        )
-    } else {
-        let share = 100.0 * shape.sharper_than(needed);
-        let unreached = if share > 0.0 { format!("; {share:.2} % of the face is sharper") } else { String::new() };
-        format!("the cutter's {needed} mm fit{unreached}")
-    };
+    let corner = if cutter.shape() == CutterShape::Bull { "corner radius" } else { "radius" };
     let hollow = if sharpest.radius_mm.is_finite() {
         format!("least concave radius {:.2} mm at {}", sharpest.radius_mm, place(sharpest.at))
     } else {
         "the face bulges everywhere".into()
     };
-    let fits = cutter.corner_mm() > 0.0 && sharpest.radius_mm >= needed;
-    say(
-        "hollows",
-        fits,
-        if fits {
-            format!("{hollow}: {reaches}")
-        } else {
-            format!("{hollow}, cutter {}: {}", cutter, reaches.replace("fit;", "do not fit everywhere;"))
-        },
-    );
+    let fits = needed > 0.0 && sharpest.radius_mm >= needed;
+    let largest_mm = greatest_diameter_mm(&sharpest, cutter);
+    let reaches = if needed == 0.0 {
+        let steps_um = 1e3 * shape.steepest().1 * pass.step_over_mm;
+        format!(
+            "a flat cutter leaves steps of up to {steps_um:.1} um on every slope; `cutter` ball:d{largest_mm}mm would do"
+        )
+    } else if fits {
+        format!("the cutter fits, whose {corner} is {needed} mm")
+    } else {
+        format!(
+            "the cutter, whose {corner} is {needed} mm, does not fit on {:.2} % of the face; `cutter` ball:d{largest_mm}mm would do, or a design with `min-radius` {needed}mm",
+            100.0 * shape.sharper_than(needed)
+        )
+    };
+    say("hollows", fits, format!("{hollow}: {reaches}"));
 
     let (at, slope) = shape.steepest();
     let degrees = slope.atan().to_degrees();
-    say(
-        "slope",
-        degrees <= shop.steepest_degrees,
-        format!("at most {degrees:.2} degrees, at {} (`max-slope` {})", place(at), shop.steepest_degrees),
+    let gentle = degrees <= shop.steepest_degrees;
+    // Slopes fall as the way grows on which they throw light.
+    let further_mm = subject.scene.distance_mm * slope / shop.steepest_degrees.to_radians().tan();
+    let says = format!("at most {degrees:.2} degrees, at {} (`max-slope` {})", place(at), shop.steepest_degrees);
+    let remedy = format!(
+        "; a design with `distance` {:.0}mm has about that, and so has this face in a shop that cuts {:.0} degrees",
+        further_mm.ceil(),
+        degrees.ceil()
     );
+    say("slope", gentle, if gentle { says } else { says + &remedy });
     let (leaves, says) = leaving_light(subject)?;
     say("light", leaves, says);
 
@@ -182,14 +210,23 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     let greatest = subject.thinnest_mm + relief;
     let sheet = STANDARD_SHEETS_MM.into_iter().find(|sheet| *sheet >= greatest - 1e-6);
     let stock = shop.thickness_mm.or(sheet);
-    say("relief", stock.is_some_and(|stock| relief < stock), format!("{relief:.3} mm from peak to valley"));
     let least = shop.least_thickness_mm;
+    let needed_sheet = |mm: f64| STANDARD_SHEETS_MM.into_iter().find(|sheet| *sheet >= mm - 1e-6).unwrap_or(mm.ceil());
+    let thicker = || format!("a design with `thickness` {}mm would do", needed_sheet(relief + least));
+    let contained = stock.is_some_and(|stock| relief < stock);
+    let remedy = if contained { String::new() } else { format!("; {}", thicker()) };
+    say("relief", contained, format!("{relief:.3} mm from peak to valley{remedy}"));
     let stock_says = stock.map_or("no standard sheet holds it".into(), |stock| format!("stock {stock} mm"));
     let holds = stock.is_some_and(|stock| greatest <= stock + 1e-6) && subject.thinnest_mm >= least - 1e-6;
+    let remedy = match holds {
+        true => String::new(),
+        false if subject.thinnest_mm < least - 1e-6 => format!("; {}", thicker()),
+        false => format!("; a stock of {} mm would do", needed_sheet(greatest)),
+    };
     say(
         "thickness",
         holds,
-        format!("{:.3} to {greatest:.3} mm; {stock_says}, at least {least} mm shall stay", subject.thinnest_mm),
+        format!("{:.3} to {greatest:.3} mm; {stock_says}, at least {least} mm shall stay{remedy}", subject.thinnest_mm),
     );
 
     let scallop = Scallop::of(*cutter, pass.step_over_mm);
@@ -212,7 +249,7 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
             } else {
                 String::new()
             };
-            let remedy = if passed { String::new() } else { remedy(&raw, blur_mm, &spread) };
+            let remedy = if passed { String::new() } else { finer(&raw, blur_mm, &spread) };
             say(
                 "scallops",
                 passed,
@@ -224,19 +261,91 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
                 ),
             );
         }
-        None => say("scallops", false, "this cutter leaves steps or walls between its rows at this step-over".into()),
+        None => {
+            let ball = Cutter::ball(0.5 * largest_mm).map_err(Failure::refused)?;
+            let step_over = 2.0 * ball.radius_mm() * blur_mm * SMALL_SLOPE / thrown(SMALL_SLOPE, &across)?;
+            say(
+                "scallops",
+                false,
+                format!(
+                    "this cutter leaves steps or walls between its rows at this step-over; `cutter` {ball} with `step-over` {step_over:.3}mm would do"
+                ),
+            );
+        }
     }
 
-    let facets_mm = thrown(0.5 * shape.facet_step(), &[DVec2::X, DVec2::Y])?;
-    say(
-        "facets",
-        facets_mm <= blur_mm,
-        format!(
-            "slope steps of up to {:.5} between flat triangles throw light {facets_mm:.3} mm to either side (smooth if the shop cuts the smooth face)",
-            shape.facet_step()
-        ),
-    );
+    let facets = Facets::of(subject, shape, blur_mm, &thrown)?;
+    say("facets", facets.passed, facets.says);
     Ok(lines)
+}
+
+/// A slope that is small on any bench.
+const SMALL_SLOPE: f64 = 1e-3;
+
+/// The diameter of a ball, mm, rounded down as cutters are sold, that fits into a hollow; no larger
+/// than a given cutter.
+fn greatest_diameter_mm(sharpest: &Hollow, cutter: &Cutter) -> f64 {
+    let most_mm = 2.0 * sharpest.radius_mm.min(cutter.radius_mm());
+    let (_, greatest) = Cutter::RADIUS_LIMITS_MM;
+    let step = [1.0, 0.1, 0.01].into_iter().find(|step| most_mm >= *step).unwrap_or(0.001);
+    // The last digit may be one beyond for rounding.
+    ((most_mm / step + 1e-9).floor() * step * 1e3).round().clamp(1.0, 2e3 * greatest) / 1e3
+}
+
+/// What flat triangles do to the light.
+struct Facets {
+    passed: bool,
+    says: String,
+}
+
+impl Facets {
+    /// By what the file holds: the triangles of a mesh are cut as they are, a smooth face as fine as
+    /// the CAM program is told to.
+    fn of(
+        subject: &Makeable,
+        shape: &FaceShape,
+        blur_mm: f64,
+        thrown: &dyn Fn(f64, &[DVec2]) -> Result<f64, Failure>,
+    ) -> Result<Self, Failure> {
+        let step = shape.facet_step();
+        let facets_mm = thrown(0.5 * step, &[DVec2::X, DVec2::Y])?;
+        let heights = subject.surface.heights_mm();
+        let (nx, ny) = (heights.nx(), heights.ny());
+        let spacing_mm = subject.surface.extent().node_spacing(nx, ny).min_element();
+        // A chord over an arc of the curvature k that turns by a is a^2 / (8 k) away from it.
+        let turn = step * blur_mm / facets_mm.max(f64::MIN_POSITIVE);
+        let tolerance_um = 1e3 * turn * turn * spacing_mm / (8.0 * step.max(f64::MIN_POSITIVE));
+        let cam = if step > 0.0 && tolerance_um.is_finite() {
+            let digits = (1.0 - tolerance_um.log10().floor()).clamp(0.0, 6.0) as usize;
+            format!("with a tolerance of {tolerance_um:.digits$} um in the CAM program")
+        } else {
+            "with any tolerance in the CAM program".to_owned()
+        };
+        Ok(match subject.form {
+            FaceForm::Smooth => {
+                let says = format!("none: the file holds the smooth face; cut it {cam} or a finer one");
+                Self { passed: true, says }
+            }
+            FaceForm::Heights => {
+                let says =
+                    format!("none: the file holds heights {spacing_mm:.4} mm apart, to be taken as a smooth face");
+                Self { passed: true, says }
+            }
+            FaceForm::Triangles => {
+                let passed = facets_mm <= blur_mm;
+                let nodes = 1.0 + ((nx - 1) as f64 * facets_mm / blur_mm).ceil();
+                let remedy = if passed {
+                    String::new()
+                } else {
+                    format!("; a design with `nodes` {nodes:.0} would do, or a STEP, whose face is smooth, {cam}")
+                };
+                let says = format!(
+                    "slope steps of up to {step:.5} between flat triangles throw light {facets_mm:.3} mm to either side (`max-blur` {blur_mm} mm){remedy}"
+                );
+                Self { passed, says }
+            }
+        })
+    }
 }
 
 /// Whether all light leaves the face towards the receiver, by the light at every node.
@@ -267,7 +376,14 @@ fn leaving_light(subject: &Makeable) -> Result<(bool, String), Failure> {
                 true,
                 format!("all of it is reflected to the receiver's side, at up to {steepest:.2} degrees to the normal"),
             ),
-            _ => (false, format!("{:.2} % of the face is in the shadow or throws light at itself", share(astray))),
+            _ => (
+                false,
+                format!(
+                    "{:.2} % of the face is in the shadow or throws light at itself; a design with `distance` {:.0}mm has half its slopes",
+                    share(astray),
+                    2.0 * subject.scene.distance_mm
+                ),
+            ),
         });
     };
     let critical = (1.0 / ior).asin().to_degrees();
@@ -276,12 +392,22 @@ fn leaving_light(subject: &Makeable) -> Result<(bool, String), Failure> {
         (true, format!("{says} {steepest:.2} degrees to the normal, total reflection begins at {critical:.2} degrees"))
     } else {
         let share = share(reflected);
-        (false, format!("is totally reflected on {share:.2} % of the face, beyond {critical:.2} degrees to the normal"))
+        let further_mm = subject.scene.distance_mm * steepest.to_radians().tan() / critical.to_radians().tan();
+        let remedy = format!(
+            "a design with `distance` {:.0}mm, or with a larger `offset`, has gentler slopes",
+            further_mm.max(1.1 * subject.scene.distance_mm).ceil()
+        );
+        (
+            false,
+            format!(
+                "is totally reflected on {share:.2} % of the face, beyond {critical:.2} degrees to the normal; {remedy}"
+            ),
+        )
     })
 }
 
 /// What would let the scallops pass.
-fn remedy(raw: &Scallop, blur_mm: f64, spread: &dyn Fn(&Scallop) -> f64) -> String {
+fn finer(raw: &Scallop, blur_mm: f64, spread: &dyn Fn(&Scallop) -> f64) -> String {
     let step_over = raw.step_over_mm * blur_mm / spread(raw);
     let sigma = (1..=200).map(|k| 0.005 * f64::from(k)).find(|sigma| spread(&raw.polished(*sigma)) <= blur_mm);
     let polish = sigma.map_or(String::new(), |sigma| format!(", or a polish of {sigma:.3} mm"));

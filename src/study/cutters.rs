@@ -99,7 +99,7 @@ pub fn cheapest(
         if let Some(best) = best.as_ref().filter(|best| chosen.is_none_or(|(least, _)| best.minutes < least)) {
             chosen = Some((best.minutes, best.pass));
         }
-        let name = entry.name.clone().unwrap_or_else(|| entry.cutter.to_string());
+        let name = entry.name.clone().unwrap_or_else(|| entry.cutter.in_words());
         tried(&CutterTrial { name, best });
         advance(progress, k + 1)?;
     }

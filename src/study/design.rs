@@ -2,6 +2,7 @@
 
 use super::{
     bench::{bench_of, light_in_words, record_of, scene_of, warnings},
+    imperfect::if_it_is_the_sun,
     requirements::{Requirements, open_understood},
     target_light::TargetLight,
 };
@@ -129,7 +130,14 @@ impl Plan {
             plan.target = plan.requirements.ideal.clone();
         }
         plan.scene = scene_of(&record_of(&plan.bench), &plan.settings, host)?;
+        let sun = if_it_is_the_sun(&plan.bench, &plan.settings);
+        plan.warnings.splice(0..0, sun);
         Ok(plan)
+    }
+
+    /// What may not be meant so, known before a block is made.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The light of the bench in words. `entry_z_mm` is the entry face of the block that was made.
@@ -244,7 +252,8 @@ impl Plan {
             progress,
         )
         .map(|mut block| {
-            block.summary.warnings.extend(self.warnings.iter().cloned().chain(warnings(&self.bench)));
+            let known = self.warnings.iter().cloned().chain(warnings(&self.bench));
+            block.summary.warnings.splice(0..0, known);
             block
         })
         .map_err(Failure::refused)

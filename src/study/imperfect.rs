@@ -6,11 +6,13 @@ use super::{
     target_light::TargetLight,
 };
 use crate::{
+    bench::Bench,
     failure::Failure,
     grid::Extent,
-    irradiance::{Psf, to_picture_order},
+    irradiance::{Psf, SourceSize, to_picture_order},
+    light::Light,
     record::document,
-    spec::{Host, Roughness, Settings, SourceName, SpeckFile},
+    spec::{Host, Roughness, Settings, SpeckFile},
 };
 use glam::DVec2;
 use glasswarp_verify::{
@@ -18,14 +20,43 @@ use glasswarp_verify::{
 };
 
 /// The spread of a source for the verifier.
-fn spread_of(source: SourceName) -> SourceExtent {
+fn spread_of(source: SourceSize) -> SourceExtent {
     match source {
-        SourceName::Angle(angle) => SourceExtent::AngularDisc { radius: 0.5 * angle.radians() },
-        SourceName::Disc(diameter) => SourceExtent::SourceDisc { radius_mm: 0.5 * diameter.mm },
-        SourceName::Rectangle(width, height) => {
-            SourceExtent::SourceRectangle { size_mm: DVec2::new(width.mm, height.mm) }
+        SourceSize::Angle { diameter } => SourceExtent::AngularDisc { radius: 0.5 * diameter },
+        SourceSize::Disc { diameter_mm } => SourceExtent::SourceDisc { radius_mm: 0.5 * diameter_mm },
+        SourceSize::Rectangle { width_mm, height_mm } => {
+            SourceExtent::SourceRectangle { size_mm: DVec2::new(width_mm, height_mm) }
         }
     }
+}
+
+/// The part of the picture's width that a smallest detail may have, and that is spoken of.
+const FINE_DETAIL: f64 = 0.01;
+/// A part of the picture's width that nobody would miss.
+const UNSEEN_DETAIL: f64 = 0.003;
+
+/// What is lost if parallel light whose size nothing is said of is the sun's: the smallest detail.
+pub(super) fn if_it_is_the_sun(bench: &Bench, settings: &Settings) -> Option<String> {
+    if settings.source_size.is_some() || settings.psf.is_some() || !matches!(bench.light(), Light::Parallel { .. }) {
+        return None;
+    }
+    // A bench that is never lit says so elsewhere.
+    let spot_mm = SourceSize::SUN.spot_mm(bench).ok()?;
+    let window_mm = bench.window().as_vec();
+    let share = (spot_mm / window_mm).max_element();
+    let says = |size: f64| format!("{size:.2}").trim_end_matches('0').trim_end_matches('.').to_owned();
+    (share > UNSEEN_DETAIL).then(|| {
+        format!(
+            "nothing is said of the size of the light: if it is the sun, 0.53 degrees wide, no detail below {} mm is left of the picture, which is {} x {} mm: {:.1} % of it, and {} % at `distance` {:.0}mm; design for the sun with `source-size` sun, or say `source-size` none for a laser",
+            says(spot_mm.max_element()),
+            says(window_mm.x),
+            says(window_mm.y),
+            100.0 * share,
+            100.0 * FINE_DETAIL,
+            // The disc grows as its way does.
+            bench.distance_mm() * FINE_DETAIL / share
+        )
+    })
 }
 
 /// Pixels across at which a picture in spread light is looked at, at most: finer ones are noise.
@@ -65,7 +96,7 @@ impl ImperfectView {
         }
         let perfect = Examiner::new(scene.clone(), Some(&target.picture), PIXELS);
         let Some(target) = perfect.target().cloned() else { return Ok(None) };
-        let (image, error, noise, count) = if settings.source_size.is_some() || settings.roughness.is_some() {
+        let (image, error, noise, count) = if settings.spread_source().is_some() || settings.roughness.is_some() {
             let scene = spread(perfect.scene_for(subject), settings);
             let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
             let error = tally.error_against(&target).map_err(Failure::refused)?;
@@ -101,7 +132,7 @@ impl ImperfectView {
 /// A bench with the light and the face that there are, as photons see them.
 pub fn spread(scene: Scene, settings: &Settings) -> Scene {
     Scene {
-        spread: settings.source_size.map_or(SourceExtent::None, spread_of),
+        spread: settings.spread_source().map_or(SourceExtent::None, spread_of),
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }

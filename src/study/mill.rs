@@ -68,7 +68,7 @@ impl MillStudy {
         let mut steps = vec![step("as designed", piece.surface.clone())?];
         advance(progress, 1)?;
         let milled = mill(&piece.surface, &pass)?;
-        let name = format!("milled with {}, rows {} mm apart", pass.cutter, pass.step_over_mm);
+        let name = format!("milled with {}, rows {} mm apart", pass.cutter.in_words(), pass.step_over_mm);
         let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
         steps.push(MillStep { name, view, surface });
         advance(progress, 2)?;
@@ -135,7 +135,9 @@ impl MillStudy {
         let before = piece.side.work.as_ref().map(|work| format!("{}; ", work.done)).unwrap_or_default();
         let done = format!(
             "{before}milled in simulation with {}, rows {} mm apart along {}{allowance}{polished}",
-            pass.cutter, pass.step_over_mm, pass.direction
+            pass.cutter.in_words(),
+            pass.step_over_mm,
+            pass.direction
         );
         Ok((solid, bench, done))
     }

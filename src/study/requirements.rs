@@ -10,7 +10,7 @@ use crate::{
     failure::Failure,
     irradiance::{
         Border, CausticMesh, CausticMeshError, Deconvolution, Deconvolved, ImperfectLight, PictureError, Psf,
-        PsfPicture, SourceSize, TargetIrradiance, Understood, to_picture_order,
+        PsfPicture, TargetIrradiance, Understood, to_picture_order,
     },
     record::SideFile,
     solver::{Event, Progress},
@@ -54,7 +54,7 @@ pub(super) fn open_speck(speck: &SpeckFile, host: &dyn Host) -> Result<PsfPictur
 /// What is known of the light.
 fn imperfect_light(settings: &Settings, host: &dyn Host) -> Result<ImperfectLight, Failure> {
     Ok(ImperfectLight {
-        source: settings.source_size.map(SourceSize::from),
+        source: settings.spread_source(),
         roughness: settings.roughness.map(Roughness::slope),
         psf: settings.psf.as_ref().map(|speck| open_speck(speck, host)).transpose()?,
     })

@@ -128,8 +128,8 @@ pub struct Focus {
 
 /// The spread of light that a block is designed for.
 fn imperfect(design: &Settings) -> Option<&'static str> {
-    let Settings { source_size, roughness, psf, .. } = design;
-    match (source_size, roughness, psf) {
+    let Settings { roughness, psf, .. } = design;
+    match (design.spread_source(), roughness, psf) {
         (Some(_), ..) => Some("a source with a size"),
         (None, Some(_), _) => Some("a rough face"),
         (None, None, Some(_)) => Some("a measured spread of the light"),

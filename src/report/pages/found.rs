@@ -140,7 +140,7 @@ impl<'a> FoundPage<'a> {
         let (pass, cost) = (&study.pass, &study.cost);
         let way = format!("{:.1} m, {:.0} min at {feed} per minute", 1e-3 * cost.length_mm, cost.minutes(feed.mm));
         let mut rows = vec![
-            row("Cutter", pass.cutter.to_string()),
+            row("Cutter", pass.cutter.in_words()),
             row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, mm(pass.step_over_mm))),
             row("Way", way),
         ];
