@@ -15,7 +15,6 @@ use crate::{
     export::{Format, HeightMapFormat},
     fabricate::{Cutter, Pass},
     failure::Failure,
-    optim::Termination,
     pipeline::DesignedBlock,
     record::document,
     report::{
@@ -179,9 +178,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         verification.finished.iter().for_each(print::finished);
         verification.imperfect.iter().for_each(|view| print::imperfect(view, &plan.settings));
     }
-    for warning in &block.summary.warnings {
-        console::warn(warning);
-    }
+    block.summary.warnings.iter().for_each(console::warn);
     let checked = verification.as_ref();
     console::result(document::Result::Design(Box::new(document::Design {
         files: document::texts(&outputs),
@@ -230,13 +227,9 @@ fn solver_document(plan: &Plan, block: &DesignedBlock, solved: Duration) -> docu
         name: name_of(plan.solver),
         iterations: block.summary.iterations(),
         seconds: solved.as_secs_f64(),
-        levels_at_limit: levels_at_limit(block),
+        levels_at_limit: block.summary.levels_at_limit(),
         notes: block.summary.notes.clone(),
     }
-}
-
-fn levels_at_limit(block: &DesignedBlock) -> usize {
-    block.summary.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
 }
 
 /// What is to be done.
@@ -345,7 +338,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &DesignedBlock, solved
     say!("  light          {}", plan.light_in_words(solid.entry_z_mm()));
     say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
     print::requirements(&plan.requirements);
-    let stopped = levels_at_limit(block);
+    let stopped = block.summary.levels_at_limit();
     let limit = if stopped > 0 {
         format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
     } else {

@@ -85,9 +85,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         rel_rms: document::finite(view.metrics.rel_rms),
         ssim: document::finite(view.metrics.ssim),
     }));
-    for warning in page.warnings() {
-        console::warn(warning);
-    }
+    page.warnings().into_iter().for_each(console::warn);
     Ok(())
 }
 

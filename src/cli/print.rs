@@ -7,7 +7,7 @@ use crate::{
     study::{
         budget::{BudgetStep, Traced},
         finish::Finished,
-        imperfect::ImperfectView,
+        imperfect::{ImperfectView, spread_in_words},
         judge::{Judgement, Verdict},
         requirements::Requirements,
     },
@@ -73,9 +73,7 @@ pub(super) fn budget(steps: &[BudgetStep], distance_mm: f64) {
             None => say!("  {name}"),
         }
     }
-    let plane =
-        steps.iter().find(|step| step.name.contains("normal-mapped plane")).and_then(|step| step.traced.as_ref());
-    if let Some(plane) = plane {
+    if let Some(plane) = BudgetStep::on_the_plane(steps) {
         say!(
             "\nOn this bench, {distance_mm} mm away, the paper's plane would be wrong by {:.1} %.",
             100.0 * plane.moved
@@ -100,12 +98,7 @@ pub(super) fn finished(finished: &Finished) {
 
 /// Prints what is seen.
 pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
-    let parts = [
-        settings.source_size.filter(|source| source.size().is_some()).map(|source| format!("source of {source}")),
-        settings.roughness.map(|roughness| format!("roughness of {}", roughness.0)),
-        settings.psf.as_ref().map(|speck| format!("spread as {}", speck.path.display())),
-    ];
-    let light = parts.into_iter().flatten().collect::<Vec<_>>().join(", ");
+    let light = spread_in_words(settings);
     say!("\nIn the light that there is ({light}; {} x {} pixels)", view.image.nx, view.image.ny);
     match view.error {
         Some(error) => say!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error()),

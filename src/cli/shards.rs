@@ -17,30 +17,7 @@ use crate::{
 use glasswarp_verify::{
     Image, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, UnbiasedError, metrics, photons, reference::resampled,
 };
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
-
-/// One part of many: `3/100`, counted from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Shard {
-    /// Counted from 0.
-    pub(crate) index: u32,
-    pub(crate) of: u32,
-}
-
-impl FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let numbers = text.split_once('/').map(|(k, n)| (k.trim().parse::<u32>(), n.trim().parse::<u32>()));
-        match numbers {
-            Some((Ok(k), Ok(of))) if (1..=of).contains(&k) => Ok(Self { index: k - 1, of }),
-            _ => Err(format!("'{text}' is no part such as 3/100: the first of 100 is 1/100, the last 100/100")),
-        }
-    }
-}
+use std::path::{Path, PathBuf};
 
 /// Adds up the tallies of a run's parts
 #[derive(clap::Args)]

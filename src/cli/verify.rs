@@ -10,7 +10,7 @@ use super::{
     outputs, print,
     progress::TerminalProgress,
     report_files::{self, command, file_record},
-    shards::{self, MergeArgs, Shard},
+    shards::{self, MergeArgs},
     side_files::{self, expected},
     sweep,
 };
@@ -22,7 +22,7 @@ use crate::{
         Exposure,
         pages::found::{FoundLight, FoundPage, ReportedFile},
     },
-    spec::{Length, Range, Settings, TransferName},
+    spec::{Length, Range, Settings, Shard, TransferName},
     study::{
         bench::{bench_document, exit_face_in_words, exit_face_of},
         budget::{self, BudgetStep},
@@ -271,9 +271,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan =
         PhotonPlan::new(args.photons, args.seed).with_replicates(args.replicates).with_shard(shard.index, shard.of);
-    for warning in &warnings {
-        console::warn(warning);
-    }
+    warnings.iter().for_each(console::warn);
     if let Some(path) = &args.tally {
         // Photons see the light that there is.
         let (scene, picture) = match (&target_light, &side) {

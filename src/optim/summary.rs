@@ -70,4 +70,9 @@ impl Summary {
     pub fn iterations(&self) -> usize {
         self.levels.iter().map(|level| level.iterations.len()).sum()
     }
+
+    /// Levels that stopped at their iteration limit.
+    pub fn levels_at_limit(&self) -> usize {
+        self.levels.iter().filter(|level| level.termination == Termination::IterationLimit).count()
+    }
 }

@@ -18,6 +18,7 @@ mod presets;
 mod quantity;
 mod range;
 mod settings;
+mod shard;
 mod source;
 mod wavelength;
 
@@ -35,5 +36,6 @@ pub use quantity::name_of;
 pub(crate) use quantity::nearest;
 pub use range::{Quantity, Range};
 pub use settings::{DRAWING_NODES, DesignFile, Settings};
+pub use shard::Shard;
 pub use source::{DeconvolutionName, Roughness, SourceName, SpeckFile};
 pub use wavelength::Wavelength;

@@ -25,6 +25,12 @@ pub struct BudgetStep {
 }
 
 impl BudgetStep {
+    /// What the paper's assumption shows, among the steps of a block.
+    pub fn on_the_plane(steps: &[Self]) -> Option<&Traced> {
+        let [(plane, ..), ..] = VIEWS;
+        steps.iter().find(|step| step.name == plane).and_then(|step| step.traced.as_ref())
+    }
+
     /// The same for programs.
     pub fn document(&self) -> document::BudgetStep {
         let traced = self.traced.as_ref();

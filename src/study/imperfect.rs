@@ -59,6 +59,16 @@ pub(super) fn if_it_is_the_sun(bench: &Bench, settings: &Settings) -> Option<Str
     })
 }
 
+/// What spreads the light, in words.
+pub fn spread_in_words(settings: &Settings) -> String {
+    let parts = [
+        settings.source_size.filter(|source| source.size().is_some()).map(|source| format!("source of {source}")),
+        settings.roughness.map(|roughness| format!("roughness of {}", roughness.0)),
+        settings.psf.as_ref().map(|speck| format!("spread as {}", speck.path.display())),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
 /// Pixels across at which a picture in spread light is looked at, at most: finer ones are noise.
 const PIXELS: usize = 256;
 
