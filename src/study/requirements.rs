@@ -117,7 +117,9 @@ impl Requirements {
             DeconvolutionName::Paper => Some(Border::Continued),
             DeconvolutionName::Off => None,
         };
-        if psf.is_none() && (settings.deconvolution.is_some() || settings.deconvolution_rounds.is_some()) {
+        // Light that is said to have no size leaves nothing to do, which a preset cannot know.
+        let sizeless = settings.source_size.is_some();
+        if psf.is_none() && !sizeless && (settings.deconvolution.is_some() || settings.deconvolution_rounds.is_some()) {
             return Err(Failure::Usage(
                 "there is no spread of light to make up for: add `source-size`, `roughness` or `psf` to `deconvolution`".into(),
             ));
