@@ -27,7 +27,7 @@ use crate::{
     study::{
         bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
-        mill::{MillStep, MillStudy},
+        mill::{MillStep, MillStudy, in_words},
         side_record::side_file,
         workpiece::Workpiece,
     },
@@ -216,6 +216,9 @@ fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
             1e3 * scallop.height_mm,
             scallop.slope
         );
+    }
+    if let Some(unreached) = &study.unreached {
+        say!("  rim            {}", in_words(unreached));
     }
     let (nx, ny) = piece.examiner.pixels();
     say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
