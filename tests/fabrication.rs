@@ -217,25 +217,26 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
             None => assert_eq!(outcome.code, REFUSED, "{flags}: {}{}", outcome.out, outcome.err),
         }
     }
-    // What fails says what would do, and does.
+    // What fails says what would do.
     for (flags, words) in [
         ("--cutter flat:d6mm", &["--cutter ball:d6mm would do", "with --step-over"][..]),
-        ("--polish 0.1mm --max-slope 0.5", &["a design with --distance"]),
-        ("--polish 0.1mm --thickness 3mm", &["a stock of"]),
-        ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"]),
-        ("--polish 0.1mm --max-blur 1um", &["a design with --nodes", "or a STEP", "um in the CAM program"]),
-        ("--step-over 0.4mm", &["a step-over of", "or a polish of"]),
+        ("--polish 0.1mm --max-slope 0.5", &["a design with --distance"][..]),
+        ("--polish 0.1mm --thickness 3mm", &["a stock of"][..]),
+        ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"][..]),
+        ("--polish 0.1mm --max-blur 0.02mm", &["a design with --nodes", "or a STEP", "um in the CAM program"][..]),
+        ("--polish 0.1mm --max-blur 0.001mm", &["a STEP would do", "um in the CAM program"][..]),
+        ("--step-over 0.4mm", &["a step-over of", "or a polish of"][..]),
     ] {
         let outcome = workshop.run(&format!("check block.stl {flags}"));
         let failed: String = outcome.out.lines().filter(|line| line.contains("FAIL")).collect();
-        assert!(words.iter().all(|words| failed.contains(words)), "{flags}: {failed}");
+        assert!(words.iter().all(|words| failed.contains(*words)), "{flags}: {failed}");
     }
     // A STEP has no triangles.
     let made = workshop.run(
         "design chiral.png -o block.step --size 30mm --distance 120mm --nodes 129 --no-verify --no-report --force",
     );
     assert_eq!(made.code, FINE, "{}", made.err);
-    let smooth = workshop.run("check block.step --polish 0.1mm --max-blur 1um");
+    let smooth = workshop.run("check block.step --polish 0.1mm --max-blur 0.001mm");
     assert!(smooth.out.contains("ok    facets      none: the file holds the smooth face"), "{}", smooth.out);
     // A design file, and a block without a side file.
     fs::write(workshop.path("design.toml"), "[design]\npicture = \"chiral.png\"\nsize = \"30mm\"\nnodes = 129\n")
@@ -244,6 +245,42 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
     fs::remove_file(workshop.path("block.toml")).unwrap();
     workshop.refuses("check block.stl", REFUSED, &["side file", "--ior"]);
     assert_eq!(workshop.run("check block.stl --ior 1.5 --distance 120mm --polish 0.1mm").code, FINE);
+}
+
+#[test]
+fn the_wall_of_a_rim_keeps_a_cutter_from_the_face() {
+    let workshop = Workshop::new();
+    block(&workshop, "--rim 4mm,0.5mm");
+    let checked = workshop.run("check block.stl --polish 0.1mm");
+    let line = checked.out.lines().find(|line| line.contains("FAIL  rim")).expect("a rim that does not fail");
+    let share: f64 = line
+        .split_whitespace()
+        .zip(line.split_whitespace().skip(1))
+        .find(|(_, unit)| *unit == "%")
+        .unwrap()
+        .0
+        .parse()
+        .unwrap();
+    // At most all that is 3 mm from a wall of the 30 mm, and more than what is 1 mm from it.
+    assert!((12.9..36.0).contains(&share), "{line}");
+    assert!(line.contains("a flange below the face (--rim WIDTH,-"), "{line}");
+    let milled = workshop.run("mill block.stl --step-over 0.2mm --polish 0.2mm -o milled.stl");
+    assert_eq!(milled.code, FINE, "{}", milled.err);
+    assert!(
+        milled.out.contains(&format!("rim            its wall keeps the cutter from {share:.1} % of the face")),
+        "{}",
+        milled.out
+    );
+    // What is lost beside the wall is seen, in the study as in the file.
+    let [designed, polished] = ["as designed", "and polished, sigma 0.2 mm"].map(|step| row(&milled.out, step)[0]);
+    assert!(polished > 10.0 * designed, "{}", milled.out);
+    let verified = workshop.run("verify milled.stl --photons 100000");
+    assert_eq!(verified.code, FINE, "{}", verified.err);
+    block(&workshop, "--thickness 12mm --rim 4mm,-9mm --force");
+    let checked = workshop.run("check block.stl --polish 0.1mm");
+    assert!(!checked.out.contains("FAIL  rim"), "{}", checked.out);
+    let milled = workshop.run("mill block.stl --step-over 0.2mm --polish 0.2mm");
+    assert!(milled.code == FINE && !milled.out.contains("its wall keeps"), "{}{}", milled.out, milled.err);
 }
 
 #[test]

@@ -27,7 +27,7 @@ use crate::{
     study::{
         bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
-        mill::{MillStep, MillStudy},
+        mill::{MillStep, MillStudy, in_words},
         side_record::side_file,
         workpiece::Workpiece,
     },
@@ -217,6 +217,7 @@ fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
             scallop.slope
         );
     }
+    study.unreached.iter().for_each(|unreached| say!("  rim            {}", in_words(unreached)));
     let (nx, ny) = piece.examiner.pixels();
     say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
     for MillStep { name, surface, view } in &study.steps {

@@ -16,6 +16,7 @@ mod envelope;
 mod rows;
 mod scallop;
 mod shape;
+mod walls;
 
 pub use cutter::{Cutter, CutterError, CutterShape};
 pub use drop::{Contact, DropCutter, tool_offset};
@@ -23,3 +24,4 @@ pub use envelope::{Milled, SAMPLES_PER_ROW};
 pub use rows::{Direction, Pass, PassError, Rows, RowsCost};
 pub use scallop::Scallop;
 pub use shape::{FaceShape, Hollow};
+pub use walls::{Unreached, Walls};

@@ -5,10 +5,11 @@ use super::{
     changed::{deflection_mm, scene_of_file},
     design::Plan,
     judge,
+    mill::in_words,
     workpiece::surface_of,
 };
 use crate::{
-    fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop},
+    fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop, Walls},
     failure::Failure,
     pipeline,
     record::{SideFile, document},
@@ -191,6 +192,24 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     };
     say("hollows", fits, format!("{hollow}: {reaches}"));
 
+    let top_mm = subject.block.rim_z_mm();
+    let walls =
+        top_mm.and_then(|top_mm| Walls::around(&subject.surface, *cutter, top_mm)).map(|walls| walls.unreached());
+    if let Some(unreached) = walls {
+        let reached = unreached.share == 0.0;
+        let says = if reached {
+            "the cutter reaches all of the face beside its wall".to_owned()
+        } else {
+            // Below every place of the face.
+            let below_mm = (subject.surface.relief_mm() + 0.5).ceil();
+            format!(
+                "{}; a design without `rim`, or with a flange below the face (`rim` WIDTH,-{below_mm}mm), would do",
+                in_words(&unreached)
+            )
+        };
+        say("rim", reached, says);
+    }
+
     let (at, slope) = shape.steepest();
     let degrees = slope.atan().to_degrees();
     let gentle = degrees <= shop.steepest_degrees;
@@ -279,6 +298,9 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     Ok(lines)
 }
 
+/// More nodes across than this nobody is told to take for the sake of triangles.
+const MOST_NODES: f64 = 4097.0;
+
 /// A slope that is small on any bench.
 const SMALL_SLOPE: f64 = 1e-3;
 
@@ -337,7 +359,12 @@ impl Facets {
                 let remedy = if passed {
                     String::new()
                 } else {
-                    format!("; a design with `nodes` {nodes:.0} would do, or a STEP, whose face is smooth, {cam}")
+                    let step = format!("a STEP would do, whose face is smooth, {cam}");
+                    if nodes <= MOST_NODES {
+                        format!("; a design with `nodes` {nodes:.0}, or {step}")
+                    } else {
+                        format!("; {step}")
+                    }
                 };
                 let says = format!(
                     "slope steps of up to {step:.5} between flat triangles throw light {facets_mm:.3} mm to either side (`max-blur` {blur_mm} mm){remedy}"

@@ -107,7 +107,7 @@ pub fn cheapest(
 }
 
 fn error_of(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<f64, Failure> {
-    let milled = mill(&piece.surface, pass)?;
+    let milled = mill(&piece.surface, pass, piece.block.rim_z_mm())?;
     let view = match polish {
         Some(polish) => piece.view(&polished(&milled.surface, &piece.surface, polish))?,
         None => view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?.0,

@@ -25,7 +25,9 @@ impl Finished {
         };
         let design = surface_of(block)?;
         let cut = match (plan.cutter, plan.step_over_mm) {
-            (Some(cutter), Some(step_over_mm)) => Some(mill(&design, &Pass::finishing(cutter, step_over_mm))?),
+            (Some(cutter), Some(step_over_mm)) => {
+                Some(mill(&design, &Pass::finishing(cutter, step_over_mm), block.rim_z_mm())?)
+            }
             _ => None,
         };
         let (view, off) = match (plan.polish, cut) {

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     export,
-    fabricate::{Milled, Pass, RowsCost, Scallop},
+    fabricate::{Milled, Pass, RowsCost, Scallop, Unreached, Walls},
     failure::Failure,
     record::{BenchRecord, document},
     solid::{Shape, Solid, Stock},
@@ -52,6 +52,8 @@ pub struct MillStudy {
     pub cost: RowsCost,
     /// The ridges that the cutter leaves, and how far they throw light, mm.
     pub scallop: Option<(Scallop, f64)>,
+    /// What the wall of a rim keeps the cutter from, if there is any.
+    pub unreached: Option<Unreached>,
 }
 
 impl MillStudy {
@@ -67,7 +69,7 @@ impl MillStudy {
         };
         let mut steps = vec![step("as designed", piece.surface.clone())?];
         advance(progress, 1)?;
-        let milled = mill(&piece.surface, &pass)?;
+        let milled = mill(&piece.surface, &pass, piece.block.rim_z_mm())?;
         let name = format!("milled with {}, rows {} mm apart", pass.cutter.in_words(), pass.step_over_mm);
         let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
         steps.push(MillStep { name, view, surface });
@@ -87,7 +89,9 @@ impl MillStudy {
             Ok::<_, Failure>((scallop, deflection_mm(&piece.block, &piece.scene(), scallop.slope, &across)?))
         };
         let scallop = scallop.map(deflected).transpose()?;
-        Ok(Self { pass, polish, steps, cost: pass.cost(&piece.surface.contour()), scallop })
+        let walls = piece.block.rim_z_mm().and_then(|top_mm| Walls::around(&piece.surface, pass.cutter, top_mm));
+        let unreached = walls.map(|walls| walls.unreached()).filter(|unreached| unreached.share > 0.0);
+        Ok(Self { pass, polish, steps, cost: pass.cost(&piece.surface.contour()), scallop, unreached })
     }
 
     /// The face in the end.
@@ -115,7 +119,16 @@ impl MillStudy {
         }
         // The entry face stays where it is, and so does what stands around the exit face, which has
         // its skirt already.
-        let shape = Shape { skirt_mm: 0.0, ..shape(&piece.side.design)? };
+        let mut shape = Shape { skirt_mm: 0.0, ..shape(&piece.side.design)? };
+        let surface = match (&mut shape.rim, piece.block.rim_z_mm()) {
+            // The rim stays where it is, although beside its wall the face now reaches up to it.
+            (Some(rim), Some(top_mm)) if rim.rise_mm > 0.0 => {
+                let surface = below(surface, top_mm - LEAST_WALL_MM);
+                rim.rise_mm = top_mm - Solid::highest_mm(&surface);
+                surface
+            }
+            _ => surface,
+        };
         let rise_mm = shape.rim.map_or(0.0, |rim| rim.rise_mm.max(0.0));
         let thickness_mm = Solid::highest_mm(&surface) + rise_mm - piece.block.entry_z_mm();
         let stock = Stock::of_thickness(thickness_mm).leaving_at_least(Stock::LIMITS_MM.0);
@@ -149,12 +162,39 @@ impl MillStudy {
     }
 }
 
+/// What the wall of a rim keeps a cutter from, in words.
+pub fn in_words(unreached: &Unreached) -> String {
+    format!(
+        "its wall keeps the cutter from {:.1} % of the face, up to {:.2} mm from the wall, where up to {:.3} mm stay",
+        100.0 * unreached.share,
+        unreached.width_mm,
+        unreached.height_mm
+    )
+}
+
+/// What is left of the wall of a rim in a file, at least, mm: less could not be told from none.
+const LEAST_WALL_MM: f64 = 0.06;
+
+/// A face that reaches no higher than this, mm.
+fn below(surface: HeightField, most_mm: f64) -> HeightField {
+    let mut heights = surface.heights_mm().clone();
+    heights.as_mut_slice().iter_mut().for_each(|height| *height = height.min(most_mm));
+    surface.with_heights(heights)
+}
+
 /// A file of this many nodes has a gigabyte as STL.
 const MOST_FILE_NODES: usize = 10_000_000;
 
 /// The face that a pass leaves.
-pub fn mill(surface: &HeightField, pass: &Pass) -> Result<Milled, Failure> {
-    Milled::of(surface, *pass).map_err(Failure::refused)
+///
+/// `rim_mm` is the plane of the rim around it: the cutter stays as far from a wall as it is wide.
+pub fn mill(surface: &HeightField, pass: &Pass, rim_mm: Option<f64>) -> Result<Milled, Failure> {
+    let milled = Milled::of(surface, *pass).map_err(Failure::refused)?;
+    let walls = rim_mm.and_then(|top_mm| Walls::around(surface, pass.cutter, top_mm));
+    Ok(match walls {
+        Some(walls) => walls.kept(milled),
+        None => milled,
+    })
 }
 
 /// A milled face after its polish, on no more nodes than it then needs and on no fewer than the
