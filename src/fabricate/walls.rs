@@ -151,8 +151,11 @@ impl<'a> Walls<'a> {
         }
         let (axis, tip, _) = best;
         let out = at - axis;
-        let slope = cutter.profile_slope(out.length()).min(STEEPEST);
-        (tip + cutter.profile_mm(out.length()), slope * out.normalize_or_zero())
+        let (reach, radius) = (out.length(), cutter.radius_mm());
+        // A cutter that stands beside the wall touches it but for rounding.
+        let reach = if reach < radius * (1.0 + 1e-6) { reach.min(radius) } else { reach };
+        let slope = cutter.profile_slope(reach).min(STEEPEST);
+        (tip + cutter.profile_mm(reach), slope * out.normalize_or_zero())
     }
 
     /// A place moved inwards until it is so far from the wall, mm.
@@ -194,6 +197,8 @@ mod tests {
             let steep = (3.0 - from_wall) / (9.0_f64 - (3.0_f64 - from_wall).powi(2)).sqrt();
             assert!((slope - DVec2::new(steep, 0.0)).length() < 1e-4 * steep, "{slope}");
         }
+        let (left, _) = high.left_at(DVec2::new(10.0, 1.0)).unwrap();
+        assert!((left - 3.0).abs() < 1e-6, "{left} on the wall");
         assert_eq!(high.left_at(DVec2::new(6.9, 1.0)), None);
         // At a wall of 1 mm the ball comes as near as it is wide there: sqrt(9 - 4) mm.
         let low = Walls::around(&face, ball, 1.0).unwrap();
@@ -223,7 +228,9 @@ mod tests {
         assert!(found.width_mm == 2.75 && (found.height_mm - 5.0).abs() < 1e-6, "{found:?}");
         // A flat cutter comes as near as its radius and leaves nothing on a flat face.
         let flat_end = Walls::around(&face, Cutter::flat(3.0).unwrap(), 5.0).unwrap();
-        assert_eq!(flat_end.unreached().share, 0.0);
+        assert_eq!(flat_end.left_at(DVec2::new(10.0, 1.0)), None);
+        // But for the corner, which no round cutter reaches.
+        assert!(flat_end.left_at(DVec2::new(10.0, 8.0)).is_some_and(|(left, _)| left == 5.0));
     }
 
     #[test]
