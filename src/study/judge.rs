@@ -304,7 +304,7 @@ impl Judgement {
         } else if off > AGREEMENT {
             format!(
                 "neither confirm it nor disagree: off by {off:.1} standard errors (up to 2 is expected 19 times in 20, \
-                 beyond 4 once in 16 000 times); more `photons` tell"
+                 beyond 4 once in 16 000 times); a verification with more photons tells"
             )
         } else {
             format!("agree: off by {off:.1} standard errors (up to 2 is expected 19 times in 20)")

@@ -339,8 +339,7 @@ fn estimators_agree_through_a_relief_on_every_bench() {
             let pairs = image.values.iter().zip(&sharp.image.values).zip(&error.values);
             let squares: Vec<f64> = pairs.filter(|(_, s)| **s > 0.0).map(|((a, b), s)| ((a - b) / s).powi(2)).collect();
             let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-            let limit = if surface == Surface::Spline { 1.5 } else { 2.2 };
-            assert!((0.7..limit).contains(&mean), "{scene:?}: {mean}");
+            at_worst(0.247, (mean - 1.0).abs(), format_args!("{scene:?}: {mean}"));
         }
     }
     // A full solid sees the same light in the middle, where nothing comes that its walls have
@@ -357,8 +356,9 @@ fn estimators_agree_through_a_relief_on_every_bench() {
         sums.iter().map(|v| v / total * 4.0).collect()
     };
     for (a, b) in inner(&whole).iter().zip(inner(&narrow)) {
-        // Some 20 000 photons in each part.
-        assert!((a - b).abs() < 0.02, "{a} {b}");
+        // 6.9e-5 was measured; one of some 20 000 photons in each part may fall on the other side of
+        // its border elsewhere.
+        at_worst(1.2e-4, (a - b).abs(), format_args!("{a} {b}"));
     }
 }
 
@@ -370,7 +370,7 @@ fn light_that_comes_by_the_walls_is_told_and_a_rim_lets_it_in() {
     let bare = Block::from_heights(SIZE, -thickness, (9, 7), vec![0.0; 63]).unwrap();
     let tracer = Tracer::for_block(&bare, &scene).unwrap();
     let wanted = thickness * tan_inside / SIZE.x;
-    assert!((tracer.vignetting() - wanted).abs() < 0.5 / 128.0, "{} {wanted}", tracer.vignetting());
+    within_tenth_of(2.45e-3, (tracer.vignetting() - wanted).abs(), "vignetting");
     let side = |flux: Flux| {
         at_worst(1.07e-4, (flux.side - wanted).abs(), format_args!("{flux:?} {wanted}"));
         assert_eq!(flux.lost, 0.0);

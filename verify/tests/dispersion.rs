@@ -1,6 +1,8 @@
 //! White light through glass whose caustics are known in closed form.
 
 mod common;
+#[path = "../../tests/common/measured.rs"]
+mod measured;
 
 use common::{block, relief, scene};
 use glam::DVec2;
@@ -9,6 +11,7 @@ use glasswarp_verify::{
     dispersion::{Dispersed, LINES_NM, disperse},
     image_file,
 };
+use measured::{at_worst, within_tenth_of};
 
 const SIZE: DVec2 = DVec2::new(40.0, 30.0);
 
@@ -31,8 +34,8 @@ fn a_prism_parts_the_lines_by_its_angle_and_shows_a_rainbow() {
     let leaves = |n: f64| (n * slope.atan().sin()).asin() - slope.atan();
     // From where the ray leaves, up to the relief's own height.
     let part = leaves(ior_at(LINES_NM[0])).tan() - leaves(ior_at(LINES_NM[1])).tan();
-    assert!((seen.fringing.rms_mm / (200.0 * part) - 1.0).abs() < 1e-3, "{:?}", seen.fringing);
-    assert!((seen.fringing.worst_mm / ((200.0 + 4.0) * part) - 1.0).abs() < 1e-3, "{:?}", seen.fringing);
+    within_tenth_of(6.7e-5, (seen.fringing.rms_mm / (200.0 * part) - 1.0).abs(), "in the mean");
+    within_tenth_of(7.7e-5, (seen.fringing.worst_mm / ((200.0 + 4.0) * part) - 1.0).abs(), "at worst");
     assert!((seen.fringing.ior[0] - seen.fringing.ior[1] - 0.5 / 30.0).abs() < 1e-12);
     // Thicker glass is at +x, and blue is bent further: where all the light begins, at the
     // picture's right, there is no blue.
@@ -54,10 +57,11 @@ fn a_plate_leaves_white_white() {
 #[test]
 fn colours_are_lost_to_the_eye_but_cost_sharpness() {
     let seen = white(|x, y| 0.4 * relief(2.0 * x, 2.0 * y), &scene(SIZE, 64, 80.0));
-    assert!((0.001..0.2).contains(&seen.fringing.rel_rms) && seen.fringing.rms_mm > 0.0, "{:?}", seen.fringing);
+    within_tenth_of(1.97e-3, seen.fringing.rel_rms, "sharpness");
+    within_tenth_of(0.0310, seen.fringing.rms_mm, "fringes, mm");
     // All light is there: white in the mean, but for what passes the window's border.
     let mean = seen.luminance.mean();
-    seen.rgb.iter().for_each(|image| assert!((image.mean() / mean - 1.0).abs() < 0.02, "{} {mean}", image.mean()));
+    seen.rgb.iter().for_each(|image| at_worst(7.93e-4, (image.mean() / mean - 1.0).abs(), mean));
 }
 
 #[test]

@@ -11,7 +11,7 @@ use glasswarp_verify::{
     Block, Emission, Image, Light, PhotonPlan, PhotonTally, Scene, SceneError, SourceExtent, Surface, Tracer, Window,
     beams, photons,
 };
-use measured::at_worst;
+use measured::{at_worst, within_tenth_of};
 
 const DISTANCE: f64 = 100.0;
 const SIDES: DVec2 = DVec2::new(0.4, 0.3);
@@ -132,7 +132,7 @@ fn a_caustic_in_the_sun_is_the_sum_of_those_of_its_directions() {
         (0..32 * 24).map(square).sum::<f64>() / (32.0 * 24.0)
     };
     let own = squares(&|k| sum.values[k] / f64::from(directions));
-    assert!((0.7..1.6).contains(&own), "{own}");
+    within_tenth_of(1.083, own, "chi squared of a photon");
     let sharp = beams(&Tracer::for_block(&block, &ideal).unwrap(), 256, 192).image;
     let without = squares(&|k| sharp.values[k]);
     assert!(without > 5.0 * own, "the sun matters: {without}");

@@ -2,6 +2,8 @@
 
 #[path = "../../tests/common/chart.rs"]
 mod chart;
+#[path = "../../tests/common/measured.rs"]
+mod measured;
 
 use chart::{NX, NY, cases, light};
 use glasswarp_verify::{
@@ -10,6 +12,7 @@ use glasswarp_verify::{
         Crop, Flip, Frame, Levels, Measure, ReadOptions, Reference, ReferenceError, Transfer, Turn, resampled,
     },
 };
+use measured::{at_worst, within_tenth_of};
 
 fn options() -> ReadOptions {
     with(&ReadOptions::default(), |options| options.svg_width = NX)
@@ -80,7 +83,7 @@ fn mean_one(nx: usize, ny: usize, value: impl Fn(usize, usize) -> f64) -> Image 
 fn same(found: &Image, expected: &Image) {
     assert_eq!((found.nx, found.ny), (expected.nx, expected.ny));
     let worst = found.values.iter().zip(&expected.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(worst < 3e-4, "light is off by {worst} of the mean");
+    at_worst(1.66e-4, worst, "light, of the mean");
 }
 
 #[test]
@@ -235,5 +238,5 @@ fn pictures_that_are_too_large_are_reduced_in_light() {
     assert_eq!((read.reduced, read.light.nx, read.light.ny), (3, 13334, 1));
     let ratio = resampled(&read.light, 2, 1).values;
     let grey = ((64.0_f64 / 255.0 + 0.055) / 1.055).powf(2.4);
-    assert!((ratio[0] / ratio[1] - 0.5 / grey).abs() < 1e-3 * 0.5 / grey, "{ratio:?}");
+    within_tenth_of(4.48e-5, (ratio[0] / ratio[1] * grey / 0.5 - 1.0).abs(), format_args!("{ratio:?}"));
 }
