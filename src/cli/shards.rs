@@ -159,17 +159,3 @@ fn print_tally(tally: &PhotonTally) {
     say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", tally.noise());
     print::flux(&tally.flux());
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn parts_are_counted_from_one() {
-        assert_eq!("3/100".parse(), Ok(Shard { index: 2, of: 100 }));
-        assert_eq!("100/100".parse(), Ok(Shard { index: 99, of: 100 }));
-        for text in ["0/100", "101/100", "3", "a/b", "-1/5", "1/0", ""] {
-            assert!(text.parse::<Shard>().is_err(), "{text}");
-        }
-    }
-}
