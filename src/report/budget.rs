@@ -32,6 +32,8 @@ const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
 const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };
 const GRID: Pen = Pen { width: 0.6, grey: 205 };
 const BAR: u8 = 90;
+/// Of a bar.
+const THICK: f64 = 12.0;
 /// Ends of the logarithmic axis of errors, as powers of ten.
 const DECADES: (i32, i32) = (-4, 0);
 
@@ -108,8 +110,8 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
             sheet.text(DVec2::new(end, middle - 12.0), Anchor::End, &moved, FINE);
             // Whole pixels, whose middles have whole numbers.
             let low = DVec2::new(begin, (middle + 2.0).round()) - 0.5;
-            sheet.area(low, DVec2::new(place(error) - begin, 12.0), BAR);
-            sheet.text(DVec2::new(place(error) + 8.0, low.y + 6.0), Anchor::Start, &rounded(error), TEXT);
+            sheet.area(low, DVec2::new(place(error) - begin, THICK), BAR);
+            sheet.text(DVec2::new(place(error) + 8.0, low.y + 0.5 * THICK), Anchor::Start, &rounded(error), TEXT);
         } else {
             sheet.fitted_text(DVec2::new(left, middle), Anchor::Start, &cost.name, TEXT, end - left);
         }
@@ -121,7 +123,10 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::irradiance::{TargetIrradiance, Transfer};
+    use crate::{
+        irradiance::{TargetIrradiance, Transfer},
+        measured::within_tenth_of,
+    };
 
     #[test]
     fn greater_errors_have_longer_bars() {
@@ -138,9 +143,10 @@ mod tests {
                 .count()
         };
         let (short, long) = (ink(40..154), ink(154..268));
-        // One decade against three. Edges are grey, and letters may have a pixel of a bar's grey.
-        let ratio = long as f64 / short as f64;
-        assert!(short > 1000 && (2.95..3.15).contains(&ratio), "{short} {long}");
+        // Two decades of a bar; a digit differs, and letters have pixels of a bar's grey.
+        let decades = 2.0 * BARS / f64::from(DECADES.1 - DECADES.0) * THICK;
+        assert!(short > 1000, "{short}");
+        within_tenth_of(4.0, (long as f64 - short as f64 - decades).abs(), format_args!("{short} {long}"));
         assert!(ink(268..sheet.height()) < 20);
     }
 

@@ -349,7 +349,7 @@ mod tests {
         drawing.line(DVec2::new(20.3, 30.1), DVec2::new(70.9, 61.7), Pen { width: 4.0, grey: 0 });
         let ink = darkness(&drawing.raster());
         let area = 4.0 * DVec2::new(50.6, 31.6).length() + 4.0 * std::f64::consts::PI;
-        within_tenth_of(6.5e-4, (ink - area).abs() / area, format_args!("{ink} for {area}"));
+        within_tenth_of(9.75e-5, (ink - area).abs() / area, format_args!("{ink} for {area}"));
     }
 
     #[test]

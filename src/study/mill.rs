@@ -106,7 +106,8 @@ impl MillStudy {
     /// A face of more nodes than a file of it could hold.
     pub fn result(&self, piece: &Workpiece) -> Result<(Solid, BenchRecord, String), Failure> {
         let Self { pass, polish, .. } = self;
-        let smooth = polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
+        // Beside the wall of a rim the face goes up within a few of them.
+        let smooth = self.unreached.is_none() && polish.is_some_and(|polish| polish.sigma_mm() >= pass.step_over_mm);
         let (nx, ny) = (piece.surface.heights_mm().nx(), piece.surface.heights_mm().ny());
         let last = self.last();
         let surface = if smooth { last.surface.resampled(nx, ny) } else { last.surface.clone() };
