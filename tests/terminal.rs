@@ -266,10 +266,10 @@ fn light_without_a_size_is_warned_of_and_any_size_answers() {
         warnings.into_iter().map(|warning| warning.as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     let sun = |warnings: &[String]| warnings.iter().position(|warning| warning.contains("0.53 degrees"));
-    // A block of 100 mm, a receiver at 250 mm, in front of which the sun's disc is 2.31 mm.
+    // A block of 100 x 66.67 mm, a receiver at 250 mm, on which the sun's disc is 2.31 mm wide.
     let warned = said("--force");
     assert_eq!(sun(&warned), Some(0), "{warned:?}");
-    for words in ["2.31 mm", "2.3 %", "--distance 108mm", "--source-size sun", "--source-size none"] {
+    for words in ["2.31 mm", "3.5 %", "--distance 72mm", "--source-size sun", "--source-size none"] {
         assert!(warned[0].contains(words), "'{words}' is not in {}", warned[0]);
     }
     for answer in ["--source-size none", "--source-size sun", "--source-size 0.1deg", "--light point"] {

@@ -293,7 +293,7 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
         }
     }
 
-    let facets = Facets::of(subject, shape, blur_mm, &thrown)?;
+    let facets = Facets::of(subject, shape, blur_mm, thrown)?;
     say("facets", facets.passed, facets.says);
     Ok(lines)
 }
@@ -327,7 +327,7 @@ impl Facets {
         subject: &Makeable,
         shape: &FaceShape,
         blur_mm: f64,
-        thrown: &dyn Fn(f64, &[DVec2]) -> Result<f64, Failure>,
+        thrown: impl Fn(f64, &[DVec2]) -> Result<f64, Failure>,
     ) -> Result<Self, Failure> {
         let step = shape.facet_step();
         let facets_mm = thrown(0.5 * step, &[DVec2::X, DVec2::Y])?;
