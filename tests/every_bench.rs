@@ -33,7 +33,7 @@ const BENCHES: [(&str, &str, &str, &str); 13] = [
         // A flange: beside a rim that stands above the face a cutter leaves a border, which
         // `tests/fabrication.rs` looks at.
         "rim and origin, tilted",
-        "--rim 8mm,-7mm --mark 5mm --origin corner --tilt 20deg --material pmma",
+        "--rim 8mm,-6mm --mark 5mm --origin corner --tilt 20deg --material pmma",
         "20.0 degrees from the top",
         "straight",
     ),
