@@ -27,7 +27,7 @@ use crate::{
     study::{
         bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
-        mill::{MillStep, MillStudy, in_words},
+        mill::{MillStep, MillStudy},
         side_record::side_file,
         workpiece::Workpiece,
     },
@@ -217,7 +217,7 @@ fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
             scallop.slope
         );
     }
-    study.unreached.iter().for_each(|unreached| say!("  rim            {}", in_words(unreached)));
+    study.unreached.iter().for_each(|unreached| say!("  rim            {}", unreached.in_words()));
     let (nx, ny) = piece.examiner.pixels();
     say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
     for MillStep { name, surface, view } in &study.steps {

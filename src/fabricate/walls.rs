@@ -32,6 +32,18 @@ pub struct Unreached {
     pub height_mm: f64,
 }
 
+impl Unreached {
+    /// The same in words.
+    pub fn in_words(&self) -> String {
+        format!(
+            "its wall keeps the cutter from {:.1} % of the face, up to {:.2} mm from the wall, where up to {:.3} mm stay",
+            100.0 * self.share,
+            self.width_mm,
+            self.height_mm
+        )
+    }
+}
+
 /// What stays is more than this, mm; less is rounding.
 const LEAST_MM: f64 = 1e-4;
 /// Steps of the search for the axis that touches both face and wall, and how near it comes, mm.

@@ -5,11 +5,10 @@ use super::{
     changed::{deflection_mm, scene_of_file},
     design::Plan,
     judge,
-    mill::in_words,
-    workpiece::surface_of,
+    workpiece::{surface_of, walls_of},
 };
 use crate::{
-    fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop, Walls},
+    fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop},
     failure::Failure,
     pipeline,
     record::{SideFile, document},
@@ -192,10 +191,8 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     };
     say("hollows", fits, format!("{hollow}: {reaches}"));
 
-    let top_mm = subject.block.rim_z_mm();
-    let walls =
-        top_mm.and_then(|top_mm| Walls::around(&subject.surface, *cutter, top_mm)).map(|walls| walls.unreached());
-    if let Some(unreached) = walls {
+    if let Some(walls) = walls_of(&subject.block, &subject.surface, *cutter) {
+        let unreached = walls.unreached();
         let reached = unreached.share == 0.0;
         let says = if reached {
             "the cutter reaches all of the face beside its wall".to_owned()
@@ -204,7 +201,7 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
             let below_mm = (subject.surface.relief_mm() + 0.5).ceil();
             format!(
                 "{}; a design without `rim`, or with a flange below the face (`rim` WIDTH,-{below_mm}mm), would do",
-                in_words(&unreached)
+                unreached.in_words()
             )
         };
         say("rim", reached, says);
@@ -293,8 +290,8 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
         }
     }
 
-    let facets = Facets::of(subject, shape, blur_mm, thrown)?;
-    say("facets", facets.passed, facets.says);
+    let (passed, says) = facets(subject, shape, blur_mm, thrown)?;
+    say("facets", passed, says);
     Ok(lines)
 }
 
@@ -314,65 +311,48 @@ fn greatest_diameter_mm(sharpest: &Hollow, cutter: &Cutter) -> f64 {
     ((most_mm / step + 1e-9).floor() * step * 1e3).round().clamp(1.0, 2e3 * greatest) / 1e3
 }
 
-/// What flat triangles do to the light.
-struct Facets {
-    passed: bool,
-    says: String,
-}
-
-impl Facets {
-    /// By what the file holds: the triangles of a mesh are cut as they are, a smooth face as fine as
-    /// the CAM program is told to.
-    fn of(
-        subject: &Makeable,
-        shape: &FaceShape,
-        blur_mm: f64,
-        thrown: impl Fn(f64, &[DVec2]) -> Result<f64, Failure>,
-    ) -> Result<Self, Failure> {
-        let step = shape.facet_step();
-        let facets_mm = thrown(0.5 * step, &[DVec2::X, DVec2::Y])?;
-        let heights = subject.surface.heights_mm();
-        let (nx, ny) = (heights.nx(), heights.ny());
-        let spacing_mm = subject.surface.extent().node_spacing(nx, ny).min_element();
-        // A chord over an arc of the curvature k that turns by a is a^2 / (8 k) away from it.
-        let turn = step * blur_mm / facets_mm.max(f64::MIN_POSITIVE);
-        let tolerance_um = 1e3 * turn * turn * spacing_mm / (8.0 * step.max(f64::MIN_POSITIVE));
-        let cam = if step > 0.0 && tolerance_um.is_finite() {
-            let digits = (1.0 - tolerance_um.log10().floor()).clamp(0.0, 6.0) as usize;
-            format!("with a tolerance of {tolerance_um:.digits$} um in the CAM program")
-        } else {
-            "with any tolerance in the CAM program".to_owned()
-        };
-        Ok(match subject.form {
-            FaceForm::Smooth => {
-                let says = format!("none: the file holds the smooth face; cut it {cam} or a finer one");
-                Self { passed: true, says }
-            }
-            FaceForm::Heights => {
-                let says =
-                    format!("none: the file holds heights {spacing_mm:.4} mm apart, to be taken as a smooth face");
-                Self { passed: true, says }
-            }
-            FaceForm::Triangles => {
-                let passed = facets_mm <= blur_mm;
-                let nodes = 1.0 + ((nx - 1) as f64 * facets_mm / blur_mm).ceil();
-                let remedy = if passed {
-                    String::new()
-                } else {
-                    let step = format!("a STEP would do, whose face is smooth, {cam}");
-                    if nodes <= MOST_NODES {
-                        format!("; a design with `nodes` {nodes:.0}, or {step}")
-                    } else {
-                        format!("; {step}")
-                    }
-                };
-                let says = format!(
+/// Whether flat triangles keep the light together, by what the file holds: the triangles of a mesh
+/// are cut as they are, a smooth face as fine as the CAM program is told to.
+fn facets(
+    subject: &Makeable,
+    shape: &FaceShape,
+    blur_mm: f64,
+    thrown: impl Fn(f64, &[DVec2]) -> Result<f64, Failure>,
+) -> Result<(bool, String), Failure> {
+    let step = shape.facet_step();
+    let facets_mm = thrown(0.5 * step, &[DVec2::X, DVec2::Y])?;
+    let heights = subject.surface.heights_mm();
+    let (nx, ny) = (heights.nx(), heights.ny());
+    let spacing_mm = subject.surface.extent().node_spacing(nx, ny).min_element();
+    // A chord over an arc of the curvature k that turns by a is a^2 / (8 k) away from it.
+    let turn = step * blur_mm / facets_mm.max(f64::MIN_POSITIVE);
+    let tolerance_um = 1e3 * turn * turn * spacing_mm / (8.0 * step.max(f64::MIN_POSITIVE));
+    let cam = if step > 0.0 && tolerance_um.is_finite() {
+        let digits = (1.0 - tolerance_um.log10().floor()).clamp(0.0, 6.0) as usize;
+        format!("with a tolerance of {tolerance_um:.digits$} um in the CAM program")
+    } else {
+        "with any tolerance in the CAM program".to_owned()
+    };
+    Ok(match subject.form {
+        FaceForm::Smooth => (true, format!("none: the file holds the smooth face; cut it {cam} or a finer one")),
+        FaceForm::Heights => {
+            (true, format!("none: the file holds heights {spacing_mm:.4} mm apart, to be taken as a smooth face"))
+        }
+        FaceForm::Triangles => {
+            let passed = facets_mm <= blur_mm;
+            let nodes = 1.0 + ((nx - 1) as f64 * facets_mm / blur_mm).ceil();
+            let more =
+                if nodes <= MOST_NODES { format!("a design with `nodes` {nodes:.0}, or ") } else { String::new() };
+            let remedy =
+                if passed { String::new() } else { format!("; {more}a STEP would do, whose face is smooth, {cam}") };
+            (
+                passed,
+                format!(
                     "slope steps of up to {step:.5} between flat triangles throw light {facets_mm:.3} mm to either side (`max-blur` {blur_mm} mm){remedy}"
-                );
-                Self { passed, says }
-            }
-        })
-    }
+                ),
+            )
+        }
+    })
 }
 
 /// Whether all light leaves the face towards the receiver, by the light at every node.

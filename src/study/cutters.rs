@@ -3,7 +3,7 @@
 use super::{
     mill::{mill, polished},
     progress::{advance, begin},
-    workpiece::{Workpiece, view_milled},
+    workpiece::{Workpiece, view_milled, walls_of},
 };
 use crate::{
     fabricate::{Direction, Pass},
@@ -107,7 +107,8 @@ pub fn cheapest(
 }
 
 fn error_of(piece: &Workpiece, pass: &Pass, polish: Option<Polish>) -> Result<f64, Failure> {
-    let milled = mill(&piece.surface, pass, piece.block.rim_z_mm())?;
+    let walls = walls_of(&piece.block, &piece.surface, pass.cutter);
+    let milled = mill(&piece.surface, pass, walls.as_ref())?;
     let view = match polish {
         Some(polish) => piece.view(&polished(&milled.surface, &piece.surface, polish))?,
         None => view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?.0,

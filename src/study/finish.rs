@@ -3,7 +3,7 @@
 use super::{
     judge::{Examiner, Subject},
     mill::{mill, polished},
-    workpiece::{JudgedImage, surface_of, view, view_milled},
+    workpiece::{JudgedImage, surface_of, view, view_milled, walls_of},
 };
 use crate::{fabricate::Pass, failure::Failure, record::document, spec::FinishPlan, surface::Polish};
 
@@ -26,7 +26,8 @@ impl Finished {
         let design = surface_of(block)?;
         let cut = match (plan.cutter, plan.step_over_mm) {
             (Some(cutter), Some(step_over_mm)) => {
-                Some(mill(&design, &Pass::finishing(cutter, step_over_mm), block.rim_z_mm())?)
+                let walls = walls_of(block, &design, cutter);
+                Some(mill(&design, &Pass::finishing(cutter, step_over_mm), walls.as_ref())?)
             }
             _ => None,
         };

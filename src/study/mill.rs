@@ -5,7 +5,7 @@ use super::{
     changed::deflection_mm,
     design::shape,
     progress::{advance, begin},
-    workpiece::{JudgedImage, Workpiece, view_milled},
+    workpiece::{JudgedImage, Workpiece, view_milled, walls_of},
 };
 use crate::{
     export,
@@ -69,7 +69,8 @@ impl MillStudy {
         };
         let mut steps = vec![step("as designed", piece.surface.clone())?];
         advance(progress, 1)?;
-        let milled = mill(&piece.surface, &pass, piece.block.rim_z_mm())?;
+        let walls = walls_of(&piece.block, &piece.surface, pass.cutter);
+        let milled = mill(&piece.surface, &pass, walls.as_ref())?;
         let name = format!("milled with {}, rows {} mm apart", pass.cutter.in_words(), pass.step_over_mm);
         let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
         steps.push(MillStep { name, view, surface });
@@ -89,7 +90,6 @@ impl MillStudy {
             Ok::<_, Failure>((scallop, deflection_mm(&piece.block, &piece.scene(), scallop.slope, &across)?))
         };
         let scallop = scallop.map(deflected).transpose()?;
-        let walls = piece.block.rim_z_mm().and_then(|top_mm| Walls::around(&piece.surface, pass.cutter, top_mm));
         let unreached = walls.map(|walls| walls.unreached()).filter(|unreached| unreached.share > 0.0);
         Ok(Self { pass, polish, steps, cost: pass.cost(&piece.surface.contour()), scallop, unreached })
     }
@@ -163,16 +163,6 @@ impl MillStudy {
     }
 }
 
-/// What the wall of a rim keeps a cutter from, in words.
-pub fn in_words(unreached: &Unreached) -> String {
-    format!(
-        "its wall keeps the cutter from {:.1} % of the face, up to {:.2} mm from the wall, where up to {:.3} mm stay",
-        100.0 * unreached.share,
-        unreached.width_mm,
-        unreached.height_mm
-    )
-}
-
 /// What is left of the wall of a rim in a file, at least, mm: less could not be told from none.
 const LEAST_WALL_MM: f64 = 0.06;
 
@@ -186,12 +176,9 @@ fn below(surface: HeightField, most_mm: f64) -> HeightField {
 /// A file of this many nodes has a gigabyte as STL.
 const MOST_FILE_NODES: usize = 10_000_000;
 
-/// The face that a pass leaves.
-///
-/// `rim_mm` is the plane of the rim around it: the cutter stays as far from a wall as it is wide.
-pub fn mill(surface: &HeightField, pass: &Pass, rim_mm: Option<f64>) -> Result<Milled, Failure> {
+/// The face that a pass leaves within the walls around it.
+pub fn mill(surface: &HeightField, pass: &Pass, walls: Option<&Walls<'_>>) -> Result<Milled, Failure> {
     let milled = Milled::of(surface, *pass).map_err(Failure::refused)?;
-    let walls = rim_mm.and_then(|top_mm| Walls::around(surface, pass.cutter, top_mm));
     Ok(match walls {
         Some(walls) => walls.kept(milled),
         None => milled,

@@ -9,7 +9,7 @@ use super::{
     target_light::TargetLight,
 };
 use crate::{
-    fabricate::Milled,
+    fabricate::{Cutter, Milled, Walls},
     failure::Failure,
     grid::{Extent, Field, Outline},
     irradiance::TargetIrradiance,
@@ -92,6 +92,11 @@ impl Workpiece {
 const SCALLOP_BEAMS: usize = 4;
 /// Most beams that are traced at once.
 const MOST_BEAMS: usize = 1 << 30;
+
+/// The walls of a block's rim around its face, where it stands above it.
+pub fn walls_of<'a>(block: &Block, surface: &'a HeightField, cutter: Cutter) -> Option<Walls<'a>> {
+    Walls::around(surface, cutter, block.rim_z_mm()?)
+}
 
 /// The light of a milled face on a block, by its own slopes, and the face: of many millions of
 /// nodes there is never a second copy. `design` is the face before.
