@@ -71,6 +71,9 @@ pub const MATERIALS: &[Material] = &[
     Material { name: "water", description: "at 20 degrees Celsius", ior: 1.3330, dispersion: Some(WATER) },
 ];
 
+/// What blocks are made of unless something else is said: what most of them are cut from.
+pub const DEFAULT: &str = "pmma";
+
 /// Szczurowski 2013, 405 to 1083 nm.
 const PMMA: Dispersion = Dispersion::Sellmeier(&[(0.996_54, 0.007_87), (0.189_64, 0.021_91), (0.004_11, 3.857_27)]);
 /// Sultanova, Kasarova and Nikolov, Acta Physica Polonica A 116, 585 (2009), 437 to 1052 nm.

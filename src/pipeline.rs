@@ -26,6 +26,13 @@ pub struct DesignedBlock {
     pub summary: Summary,
 }
 
+impl DesignedBlock {
+    /// The share of the solid's exit face beyond the part that draws: its skirt.
+    pub fn skirt_share(&self) -> f64 {
+        1.0 - self.surface.contour().area_mm2() / self.solid.surface().contour().area_mm2()
+    }
+}
+
 /// Why there is no block.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

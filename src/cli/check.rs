@@ -21,6 +21,7 @@ use crate::{
         design::Plan,
         placement::Placing,
         tolerance::{Focus, ToleranceCase, ToleranceStudy, Tolerances},
+        verdict::{Answer, Verdict},
         workpiece::Workpiece,
     },
     surface::Polish,
@@ -69,9 +70,13 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH")]
     max_blur: Option<Length>,
 
-    /// Thickness of the stock [default: the thinnest standard sheet]
+    /// Thickness of the stock [default: the thinnest standard sheet with --facing to spare]
     #[arg(long, value_name = "LENGTH")]
     thickness: Option<Length>,
+
+    /// What is faced off the top of a standard sheet before the face is cut
+    #[arg(long, value_name = "LENGTH", default_value = "0.5mm")]
+    facing: Length,
 
     /// Least thickness that the block may have
     #[arg(long, value_name = "LENGTH", default_value = "3mm")]
@@ -156,6 +161,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         steepest_degrees: args.max_slope,
         most_blur_mm: args.max_blur.map(|length| length.mm),
         thickness_mm: args.thickness.map(|length| length.mm),
+        facing_mm: args.facing.mm,
         least_thickness_mm: args.min_thickness.mm,
     };
     let progress = TerminalProgress::new();
@@ -168,6 +174,10 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         false => None,
     };
     let study = CheckStudy::of(&subject, &shop)?;
+    let mut verdict = Verdict::default();
+    study.say(&shop, &mut verdict);
+    verdict.say("picture", Answer::NotAsked, "the picture of the finished face ('glasswarp ready' asks)");
+    console::verdict(&verdict);
     let extent = subject.surface.extent();
     say!(
         "{}: {:.2} x {:.2} mm, {}, receiver at {} mm{}; {}, rows {} mm apart",
@@ -198,6 +208,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     console::result(document::Result::Check(document::Check {
         file: args.block.display().to_string(),
         makeable: failed.is_empty(),
+        verdict: verdict.document(with_flags),
         lines: study
             .lines
             .iter()
@@ -258,7 +269,7 @@ fn print_tolerances(study: &ToleranceStudy) {
     let ToleranceStudy { designed, cases, left_out, .. } = study;
     say!("\nTolerances, each traced through the displaced surface      relative RMS     SSIM   moved by");
     say!("  {:<55} {:>12.4} {:>8.4}", "as designed", designed.metrics.rel_rms, designed.metrics.ssim);
-    for ToleranceCase { name, view, place } in cases {
+    for ToleranceCase { name, view, place, .. } in cases {
         match view {
             Some((view, moved)) => say!(
                 "  {name:<55} {:>12.4} {:>8.4} {moved:>10.4}{}",

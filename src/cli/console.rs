@@ -3,7 +3,11 @@
 //! terminals, and never under NO_COLOR.
 
 use super::outcome::{code, kind, with_flags};
-use crate::{failure::Failure, record::document};
+use crate::{
+    failure::Failure,
+    record::document,
+    study::verdict::{Answer, Verdict},
+};
 use anstyle::{AnsiColor, Style};
 use std::{
     fmt,
@@ -24,13 +28,31 @@ static READER: OnceLock<Reader> = OnceLock::new();
 static WARNINGS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 static RESULT: Mutex<Option<document::Result>> = Mutex::new(None);
 
+static DETAILED: OnceLock<bool> = OnceLock::new();
+
+/// Whether a person wants to read more than the few lines that matter most.
+pub(crate) fn detailed() -> bool {
+    *DETAILED.get().unwrap_or(&false)
+}
+
+/// Says whether a block will work, as the first line of all.
+pub(crate) fn verdict(verdict: &Verdict) {
+    let colour = match verdict.answer() {
+        Answer::Yes => AnsiColor::Green,
+        Answer::But | Answer::NotAsked => AnsiColor::Yellow,
+        Answer::No => AnsiColor::Red,
+    };
+    line(format_args!("{} {}", coloured("Will it work?", colour), with_flags(&verdict.in_words())));
+}
+
 fn reader() -> Reader {
     *READER.get().unwrap_or(&Reader::Person)
 }
 
-/// Chooses the reader, and how much is traced: 0 nothing, 1 stages with their times, 2 and 3 more.
+/// Chooses the reader, and how much is told: 0 what a maker reads, 1 all of it and stages with their times, 2 and 3 more.
 pub(crate) fn open(reader: Reader, verbosity: u8) {
     let _ = READER.set(reader);
+    let _ = DETAILED.set(verbosity > 0);
     let level = match verbosity {
         0 => return,
         1 => LevelFilter::INFO,

@@ -5,7 +5,7 @@ use super::{
     files::{self, Files},
     machine::Machine,
     memory::{self, MemoryArgs},
-    outcome::{error_limit, unless_within},
+    outcome::{error_limit, unless_within, with_flags},
     outputs, print,
     progress::TerminalProgress,
     report_files::{self, file_record},
@@ -38,11 +38,14 @@ use crate::{
         finish::Finished,
         imperfect::ImperfectView,
         judge::Judgement,
-        verification::DesignVerification,
+        order::StockOrder,
+        verdict::seen_in_words,
+        verification::{DesignVerification, Seen},
     },
 };
 use image::GrayImage;
 use std::{
+    collections::BTreeSet,
     path::{Path, PathBuf},
     sync::LazyLock,
     time::{Duration, Instant},
@@ -117,7 +120,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         tip: args.height_map_cutter,
         verified: !args.no_verify,
     };
-    let drawings = LazyLock::new(|| BlockDrawings::of(&block, &plan.bench));
+    let drawings = LazyLock::new(|| BlockDrawings::of(&block, &plan));
     let first = files::first(&outputs);
     let name = file_name(&outputs[first]);
     let (Files { notes, others, side }, verification) = files::make(&task, first, |first| {
@@ -137,6 +140,10 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
             verification.add(&file_name(&path), mesh)?;
         }
     }
+    let verdict = match &verification {
+        Some(verification) => verification.verdict(&plan, &block),
+        None => plan.unverified(),
+    };
     progress.begin("drawing", 0);
     let draw = || {
         let write = |kind: &'static str, picture: &GrayImage| write_picture(&outputs[0], kind, picture);
@@ -156,6 +163,8 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
             block: &block,
             drawings: &drawings,
             verification: verification.as_ref(),
+            verdict: &verdict,
+            in_flags: with_flags,
             notes: &notes,
             solved,
         }
@@ -165,22 +174,25 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     progress.finish();
     let pictures = pictures?;
     written?;
-    print_summary(&plan, &outputs, &block, solved, &notes);
-    if !pictures.is_empty() {
-        say!("  pictures       {}", list(&pictures));
-    }
-    if let Some(path) = &report {
-        say!("  report         {}", path.display());
-    }
-    if let Some(verification) = &verification {
-        print::judgement(&verification.judgement);
-        print::budget(&verification.steps, plan.bench.distance_mm());
-        verification.finished.iter().for_each(print::finished);
-        verification.imperfect.iter().for_each(|view| print::imperfect(view, &plan.settings));
+    console::verdict(&verdict);
+    print_for_maker(&plan, &outputs, report.as_deref(), &block, verification.as_ref());
+    if console::detailed() {
+        say!("");
+        print_summary(&plan, &outputs, &block, solved, &notes);
+        if !pictures.is_empty() {
+            say!("  pictures       {}", list(&pictures));
+        }
+        if let Some(verification) = &verification {
+            print::judgement(&verification.judgement);
+            print::budget(&verification.steps, plan.bench.distance_mm());
+            verification.finished.iter().for_each(print::finished);
+            verification.imperfect.iter().for_each(|view| print::imperfect(view, &plan.settings));
+        }
     }
     block.summary.warnings.iter().for_each(console::warn);
     let checked = verification.as_ref();
     console::result(document::Result::Design(Box::new(document::Design {
+        verdict: verdict.document(with_flags),
         files: document::texts(&outputs),
         pictures: document::texts(&[pictures, report.into_iter().collect()].concat()),
         block: plan.document(&block),
@@ -213,8 +225,8 @@ pub(super) fn demand(
     limit: Option<f64>,
 ) -> Result<(), Failure> {
     judgement.demand_agreement()?;
-    let (error, when) = match (imperfect, finished, &judgement.verdict) {
-        (Some(view), ..) => (view.rel_rms(), " in the light that there is"),
+    let (error, when) = match (imperfect, finished, &judgement.picture) {
+        (Some(view), ..) => (view.likeness.rel_rms, " in the light that there is"),
         (None, Some(finished), _) => (finished.view.metrics.rel_rms, " after the finish"),
         (None, None, Some(verdict)) => (verdict.metrics.rel_rms, ""),
         (None, None, None) => return Ok(()),
@@ -292,6 +304,30 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
 }
 
+/// Prints the few lines that a maker reads: what will be seen, what to send, what to order, what to
+/// watch.
+fn print_for_maker(
+    plan: &Plan,
+    outputs: &[PathBuf],
+    report: Option<&Path>,
+    block: &DesignedBlock,
+    verification: Option<&DesignVerification<'_>>,
+) {
+    if let Some(Seen { likeness, what }) = verification.and_then(|verification| verification.seen.as_ref()) {
+        let (_, words) = seen_in_words(likeness.ssim);
+        say!("  seen     {words}: relative RMS {:.4}, SSIM {:.4}{what}", likeness.rel_rms, likeness.ssim);
+    }
+    let beside: BTreeSet<PathBuf> = outputs.iter().map(|output| side_files::path_beside(output)).collect();
+    let beside: Vec<PathBuf> = beside.into_iter().chain(report.map(Path::to_path_buf)).collect();
+    say!("  send     {}, with {}", list(outputs), list(&beside));
+    say!("  order    {}", StockOrder::of_design(&block.solid, &plan.settings).in_words());
+    let faults = verification.map(|verification| verification.faults.as_slice()).unwrap_or_default();
+    if !faults.is_empty() {
+        let faults: Vec<_> = faults.iter().map(|fault| format!("{} makes it {:.3}", fault.name, fault.rel_rms)).collect();
+        say!("  watch    relative RMS: {}", faults.join(", "));
+    }
+}
+
 /// Prints what was made.
 fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &DesignedBlock, solved: Duration, notes: &[String]) {
     let (solid, bench) = (&block.solid, &plan.bench);
@@ -300,7 +336,7 @@ fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &DesignedBlock, solved
         say!("  picture        {line}");
     }
     say!(
-        "  block          {:.2} x {:.2} mm, cut from a sheet of {} mm, {}",
+        "  block          {:.2} x {:.2} x {} mm, {}",
         solid.surface().extent().width_mm,
         solid.surface().extent().height_mm,
         (solid.thickness_mm() * 1000.0).round() / 1000.0,

@@ -224,16 +224,18 @@ fn write_step(plan: &Plan, output: &Path, block: &DesignedBlock, design: &Design
     let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;
-    let (points, nodes) = (fit.net.points(), plan.nodes);
-    let kind = if points == nodes { "the spline through all nodes" } else { "a fit to the nodes" };
+    let points = fit.net.points();
+    let (name, error) = (output.display(), &fit.error);
+    if points == plan.nodes {
+        return Ok(format!("{name}: {} x {} control points, the spline through all nodes", points.0, points.1));
+    }
     Ok(format!(
-        "{}: {} x {} control points, {kind}; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
-        output.display(),
+        "{name}: {} x {} control points, a fit to the nodes; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
         points.0,
         points.1,
-        1e3 * fit.error.greatest_mm,
-        1e3 * fit.error.rms_mm,
-        1e6 * fit.error.slope_rms
+        1e3 * error.greatest_mm,
+        1e3 * error.rms_mm,
+        1e6 * error.slope_rms
     ))
 }
 

@@ -5,7 +5,7 @@ use super::{
     console::{self, say},
     design::stem,
     machine::{Machine, has_extension},
-    outcome::{error_limit, unless_within},
+    outcome::{error_limit, unless_within, with_flags},
     outputs,
     progress::TerminalProgress,
     report_files::{self, command, file_record},
@@ -29,6 +29,7 @@ use crate::{
         cutters::{CutterRequirements, CutterTrial, cheapest},
         mill::{MillStep, MillStudy},
         side_record::side_file,
+        verdict::Verdict,
         workpiece::Workpiece,
     },
     surface::Polish,
@@ -130,9 +131,16 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             allowance_mm: args.allowance.mm,
         },
     };
-    let study = MillStudy::of(&piece, pass, polish, &progress);
+    let (study, verdict) = MillStudy::of(&piece, pass, polish, &progress)
+        .and_then(|study| {
+            let mut verdict = Verdict::default();
+            study.say(&piece, &progress, &mut verdict)?;
+            verdict.say_light(&piece.side.design, None);
+            Ok((study, verdict))
+        })
+        .inspect_err(|_| progress.finish())?;
     progress.finish();
-    let study = study?;
+    console::verdict(&verdict);
     print(args, &piece, &study);
     for output in pictures {
         report::write_png(output, &maps::milling(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
@@ -144,11 +152,12 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         let name = args.block.display().to_string();
         let record = file_record(&args.block, None)?;
         let file = ReportedFile { name: &name, title: stem(&args.block), record, command: command() };
-        FoundPage::of_milling(file, &piece, &study, args.feed, exposure(&piece))?.write(path)?;
+        FoundPage::of_milling(file, &piece, (&study, &verdict, with_flags), args.feed, exposure(&piece))?.write(path)?;
         say!("\n  report         {}", path.display());
     }
     console::result(document::Result::Mill(document::Mill {
         file: args.block.display().to_string(),
+        verdict: verdict.document(with_flags),
         cutter: pass.cutter.to_string(),
         step_over_mm: pass.step_over_mm,
         rows: study.cost.rows,
@@ -220,7 +229,7 @@ fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
     study.unreached.iter().for_each(|unreached| say!("  rim            {}", unreached.in_words()));
     let (nx, ny) = piece.examiner.pixels();
     say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
-    for MillStep { name, surface, view } in &study.steps {
+    for MillStep { name, surface, view, .. } in &study.steps {
         let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
         say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }

@@ -17,6 +17,7 @@ mod presets;
 mod preview;
 mod print;
 mod progress;
+mod ready;
 mod report_files;
 mod shards;
 mod side_files;
@@ -31,7 +32,7 @@ use std::{path::PathBuf, process::ExitCode};
 const EXAMPLE: &str = "\
 Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
-  glasswarp check portrait.stl --cutter ball:d6mm --step-over 0.1mm
+  glasswarp ready portrait.stl --cutter ball:d6mm --step-over 0.1mm --polish 0.1mm --source-size sun
   glasswarp verify portrait.stl --target portrait.png";
 
 const CLOSING: &str = "\
@@ -64,7 +65,8 @@ struct Cli {
     #[arg(long, global = true, display_order = 992)]
     force: bool,
 
-    /// Tell stages and their times on standard error; -vv and -vvv tell more
+    /// Tell all that was found out, and stages with their times on standard error; -vv and -vvv tell
+    /// more
     #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 991)]
     verbose: u8,
 }
@@ -81,6 +83,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Mill and polish a block in simulation, and judge every step
     Mill(mill::MillArgs),
+    /// Ask all that matters before a slab is paid for, and print one sheet for maker and shop
+    Ready(ready::ReadyArgs),
     /// Show a block to an independent renderer, and compare
     Crosscheck(crosscheck::CrosscheckArgs),
     /// List the materials known by name
@@ -114,6 +118,7 @@ impl Command {
             Self::Verify(_) => "verify",
             Self::Check(_) => "check",
             Self::Mill(_) => "mill",
+            Self::Ready(_) => "ready",
             Self::Crosscheck(_) => "crosscheck",
             Self::Materials => "materials",
             Self::Presets(_) => "presets",
@@ -129,6 +134,7 @@ impl Command {
             Self::Verify(args) => verify::run(args),
             Self::Check(args) => check::run(args),
             Self::Mill(args) => mill::run(args),
+            Self::Ready(args) => ready::run(args),
             Self::Crosscheck(args) => crosscheck::run(args),
             Self::Materials => {
                 materials();

@@ -8,7 +8,7 @@ use crate::{
         budget::{BudgetStep, Traced},
         finish::Finished,
         imperfect::{ImperfectView, spread_in_words},
-        judge::{Judgement, Verdict},
+        judge::{Judgement, PictureJudgement},
         requirements::Requirements,
     },
 };
@@ -18,7 +18,7 @@ use glasswarp_verify::Flux;
 pub(super) fn judgement(judgement: &Judgement) {
     let (nx, ny) = (judgement.caustic.nx, judgement.caustic.ny);
     let millions = judgement.photon_count as f64 / 1e6;
-    if let Some(Verdict { metrics: m, .. }) = &judgement.verdict {
+    if let Some(PictureJudgement { metrics: m, .. }) = &judgement.picture {
         say!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
         say!("  relative RMS   {:.4}", m.rel_rms);
         say!("  PSNR           {:.1} dB", m.psnr_db);
@@ -102,12 +102,12 @@ pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
     say!("\nIn the light that there is ({light}; {} x {} pixels)", view.image.nx, view.image.ny);
     match view.error {
         Some(error) => say!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error()),
-        None => say!("  relative RMS   {:.4}", view.metrics.rel_rms),
+        None => say!("  relative RMS   {:.4}", view.likeness.rel_rms),
     }
-    say!("  SSIM           {:.4}", view.metrics.ssim);
+    say!("  SSIM           {:.4}", view.likeness.ssim);
     if view.photons > 0 {
         say!(
-            "  photons        {:.1} million; their noise is {:.3} of the mean, which the SSIM suffers from",
+            "  photons        {:.1} million; their noise, {:.3} of the mean, is taken off both figures",
             view.photons as f64 / 1e6,
             view.noise
         );

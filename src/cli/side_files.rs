@@ -35,7 +35,8 @@ pub(super) fn expected<'a>(side: Option<&'a SideFile>, file: &Path) -> Option<Ex
     side.map(|side| Expected { bench: &side.bench, origin_mm: origin_of(side, file) })
 }
 
-fn read(path: &Path) -> Result<SideFile, Failure> {
+/// Reads a side file.
+pub(super) fn read(path: &Path) -> Result<SideFile, Failure> {
     SideFile::parse(&Machine.text(path)?, path)
 }
 

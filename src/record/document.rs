@@ -47,8 +47,28 @@ records! {
         /// Why, the nearest cause first.
         causes: Vec<String>,
     }
+    /// Whether a block will work, from everything that was asked.
+    Verdict {
+        /// yes; yes, but; not yet asked; or no.
+        answer: String,
+        /// The same with its reasons.
+        says: String,
+        /// What it rests on.
+        concerns: Vec<Concern>,
+    }
+    /// One thing that decides whether a block will work.
+    Concern {
+        /// What was asked: picture, light, cutter, ...
+        question: String,
+        /// yes; yes, but; not yet asked; or no.
+        answer: String,
+        /// Why, and what to do.
+        says: String,
+    }
     /// A design.
     Design {
+        /// Whether it will work, as far as it was asked.
+        verdict: Verdict,
         /// The files of the block and its height maps.
         files: Vec<String>,
         /// The pictures and pages drawn beside them.
@@ -297,10 +317,31 @@ records! {
         file: String,
         /// Whether every line has passed.
         makeable: bool,
+        /// Whether it will work, as far as it was asked.
+        verdict: Verdict,
         /// The lines of the verdict.
         lines: Vec<CheckLine>,
         /// What tolerances do to the picture, with --tolerance.
         tolerances: Option<Tolerances>,
+    }
+    /// Whether a block is ready to be made.
+    Ready {
+        /// The block.
+        file: String,
+        /// Whether it will work.
+        verdict: Verdict,
+        /// Relative RMS error of what the eye gets: of the finished face, in the real light.
+        rel_rms: Option<f64>,
+        /// Structural similarity of the same.
+        ssim: Option<f64>,
+        /// Of the finishing cutter, minutes.
+        minutes: f64,
+        /// The standard sheet to order; null if none is thick enough.
+        sheet_mm: Option<f64>,
+        /// The piece to saw from it, along x and y.
+        sawn_mm: [f64; 2],
+        /// Files written.
+        files: Vec<String>,
     }
     /// A line of a verdict.
     CheckLine {
@@ -350,6 +391,8 @@ records! {
     Mill {
         /// The block.
         file: String,
+        /// Whether it will work, as far as it was asked.
+        verdict: Verdict,
         /// The cutter.
         cutter: String,
         /// From row to row.
@@ -485,6 +528,8 @@ pub enum Result {
     Check(Check),
     /// A block milled in simulation.
     Mill(Mill),
+    /// Whether a block is ready to be made.
+    Ready(Ready),
     /// What another renderer sees.
     Crosscheck(Crosscheck),
     /// Materials.

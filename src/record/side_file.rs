@@ -121,20 +121,20 @@ pub enum EmissionRecord {
 #[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct FrameRecord {
-    /// Its name. For other programs, as all but `origin_mm` is.
+    /// Its name. For other programs, as is what stands around the face.
     #[serde(default, skip_deserializing)]
     pub origin: &'static str,
     /// In the frame of the bench.
     #[serde(default)]
     pub origin_mm: [f64; 3],
     /// Along x.
-    #[serde(default, skip_deserializing)]
+    #[serde(default)]
     pub stock_width_mm: f64,
     /// Along y.
-    #[serde(default, skip_deserializing)]
+    #[serde(default)]
     pub stock_height_mm: f64,
     /// From the entry face to the highest point.
-    #[serde(default, skip_deserializing)]
+    #[serde(default)]
     pub stock_thickness_mm: f64,
     /// On every side of the exit face.
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
@@ -244,6 +244,7 @@ const DESIGN: &[Note] = &[
     ("ior", ""),
     ("wavelength", ""),
     ("thickness", ""),
+    ("facing", "taken off the top of the sheet before the face is cut"),
     ("window", "width of the picture on the receiver"),
     ("shift", "to the right and up, as seen from the block"),
     ("receiver-tilt", "this side recedes: 0 top, 90 right, 180 bottom, 270 left"),

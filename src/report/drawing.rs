@@ -38,7 +38,9 @@ const HEAD: f64 = 11.0;
 ///
 /// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies
 /// in the plane `y = 0` of the bench, with heights stretched as it says.
-pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> Svg {
+///
+/// `order` is what to order, in lines.
+pub fn dimensioned_drawing(solid: &Solid, bench: &Bench, order: &[String]) -> Svg {
     let stock = solid.stock_extent();
     let scale = PLAN / stock.width_mm.max(stock.height_mm);
     let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
@@ -52,7 +54,7 @@ pub fn dimensioned_drawing(solid: &Solid, bench: &Bench) -> Svg {
     plan.draw(&mut image);
     let section = Section { solid, bench, scale, stretch, left: MARGIN, bottom: size.y + 2.0 * MARGIN + tall };
     section.draw(&mut image);
-    let notes = notes(solid, bench, stretch);
+    let notes = notes(solid, bench, order, stretch);
     for (k, note) in notes.iter().enumerate() {
         let at = DVec2::new(size.x + 2.0 * MARGIN, MARGIN + 26.0 * k as f64);
         image.fitted_text(at, Anchor::Start, note, NOTE, NOTES);
@@ -65,13 +67,13 @@ fn mm(value: f64) -> String {
     format!("{}", (value * 1000.0).round() / 1000.0 + 0.0)
 }
 
-fn notes(solid: &Solid, bench: &Bench, stretch: f64) -> Vec<String> {
+fn notes(solid: &Solid, bench: &Bench, order: &[String], stretch: f64) -> Vec<String> {
     let (face, stock, origin) = (solid.extent(), solid.stock_extent(), solid.origin_mm());
     let (low, high) = solid.surface().range_mm();
     let z = |of_bench: f64| mm(of_bench - origin.z);
     let mut notes = vec![
-        "all lengths in mm".to_owned(),
-        format!("stock {} × {} × {}", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm())),
+        "all lengths in mm; seen from above the face".to_owned(),
+        format!("block {} × {} × {}", mm(stock.width_mm), mm(stock.height_mm), mm(solid.thickness_mm())),
         format!("exit face {} × {}, relief {}", mm(face.width_mm), mm(face.height_mm), mm(high - low)),
         format!("thinnest place {}", mm(solid.thinnest_mm())),
         String::new(),
@@ -82,6 +84,7 @@ fn notes(solid: &Solid, bench: &Bench, stretch: f64) -> Vec<String> {
         format!("mean exit plane z = {}", z(0.0)),
         format!("highest place of the exit face z = {}", z(high)),
     ];
+    notes.splice(1..1, order.iter().cloned());
     if let (Some(rim), Some(plane)) = (solid.shape().rim, solid.rim_z_mm()) {
         notes.push(format!("rim {} wide, plane at z = {}", mm(rim.width_mm), z(plane)));
         if let Some(mark) = rim.mark_mm {
@@ -319,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_outline_is_drawn_where_the_block_is() {
-        let image = dimensioned_drawing(&solid(Shape::default()), &glass()).raster();
+        let image = dimensioned_drawing(&solid(Shape::default()), &glass(), &[]).raster();
         let dark = |x: f64, y: f64| image.get_pixel(x as u32, y as u32).0[0] < 100;
         let (width, height) = (PLAN, PLAN * 40.0 / 60.0);
         // Left, right, upper and lower edge at a quarter of their length, where nothing else is.

@@ -83,6 +83,14 @@ pub enum SolidError {
         /// The thickest standard sheet, mm.
         thickest_mm: f64,
     },
+    /// A facing that no sheet needs.
+    #[error("{value_mm} mm shall be faced off the sheet; it must lie between 0 mm and {greatest_mm} mm")]
+    Facing {
+        /// What was asked for, mm.
+        value_mm: f64,
+        /// Greatest accepted one, mm.
+        greatest_mm: f64,
+    },
     /// A rim too narrow to hold, or wider than the exit face.
     #[error(
         "the rim is {width_mm} mm wide; it must lie between {least_mm} mm and {greatest_mm} mm, the shorter side of the exit face"

@@ -8,7 +8,7 @@ use super::{
     quantity::name_of,
     settings::{DesignFile, Settings},
 };
-use crate::failure::Failure;
+use crate::{failure::Failure, materials};
 use std::path::{Path, PathBuf};
 
 /// What messages call a design file.
@@ -66,12 +66,17 @@ pub fn preset(name: PresetName) -> Result<Settings, Failure> {
     parse(name.text(), Path::new(&name_of(name)), "preset")
 }
 
-/// Settings with those of their preset where they are silent.
+/// Settings with those of their preset where they are silent, and a material where nothing is said
+/// of the index.
 pub(crate) fn with_preset(settings: Settings) -> Result<Settings, Failure> {
-    match settings.preset {
-        Some(name) => Ok(Settings { preset: None, ..or(settings, preset(name)?) }),
-        None => Ok(settings),
+    let mut settings = match settings.preset {
+        Some(name) => Settings { preset: None, ..or(settings, preset(name)?) },
+        None => settings,
+    };
+    if settings.ior.is_none() && !settings.is_mirror() {
+        settings.material.get_or_insert_with(|| materials::DEFAULT.to_owned());
     }
+    Ok(settings)
 }
 
 /// Settings, and where they are silent, another's as far as these do not exclude them.
@@ -105,5 +110,14 @@ mod tests {
         assert_eq!(settings.size, Some(Length { mm: 70.0 }));
         assert_eq!(settings.distance, Some(Length { mm: 200.0 }));
         assert_eq!((settings.ior, settings.material), (Some(1.6), None));
+    }
+
+    #[test]
+    fn a_block_of_which_nothing_is_said_is_of_acrylic() {
+        let material = |file: &str| with_preset(toml::from_str::<DesignFile>(file).unwrap().design).unwrap().material;
+        assert_eq!(material("[design]\nsize = \"70mm\"").as_deref(), Some("pmma"));
+        assert_eq!(material("[design]\nmaterial = \"bk7\"").as_deref(), Some("bk7"));
+        assert_eq!(material("[design]\nior = 1.6"), None);
+        assert_eq!(material("[design]\nmirror = true"), None);
     }
 }

@@ -104,24 +104,29 @@ settings! {
     #[arg(long, value_name = "PICTURE", help_heading = "Light")]
     beam: PathBuf,
 
-    /// Refractive index of the block [default: 1.5]
+    /// Refractive index of the block [default: that of its material]
     #[arg(long, value_name = "N", help_heading = "Bench")]
     ior: f64,
 
     /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured
-    /// LED; needs --material [default: 587.6nm, for which catalogues give the index]
+    /// LED [default: 587.6nm, for which catalogues give the index]
     #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench")]
     wavelength: Wavelength,
 
-    /// Material of the block instead of its index: pmma, polycarbonate, bk7, ... ('glasswarp
-    /// materials' lists them)
+    /// Material of the block: pmma (cast acrylic), polycarbonate, bk7, ... ('glasswarp materials'
+    /// lists them); its index may be told by --ior instead [default: pmma]
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     material: String,
 
-    /// Stock: from the entry face to the highest point of the exit face [default: the thinnest
-    /// standard sheet that holds the relief]
+    /// Thickness of the block: from the entry face to the highest point of the exit face [default:
+    /// the thinnest standard sheet that holds the relief, less --facing]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     thickness: Length,
+
+    /// What is faced off the top of the sheet before the face is cut, because no sheet is as thick
+    /// as its name: the sheet to order is that much thicker than the block [default: 0.5mm]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    facing: Length,
 
     /// Least thickness that the block may have anywhere [default: 3mm]
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]

@@ -5,6 +5,7 @@ use super::{
     changed::{deflection_mm, scene_of_file},
     design::Plan,
     judge,
+    verdict::{Answer, Verdict},
     workpiece::{surface_of, walls_of},
 };
 use crate::{
@@ -12,7 +13,7 @@ use crate::{
     failure::Failure,
     pipeline,
     record::{SideFile, document},
-    solid::STANDARD_SHEETS_MM,
+    solid::Stock,
     spec::Host,
     surface::{HeightField, Polish},
 };
@@ -55,10 +56,23 @@ pub struct Shop {
     pub steepest_degrees: f64,
     /// Furthest that light may be thrown by scallops and facets; else 0.5 % of the block's width.
     pub most_blur_mm: Option<f64>,
-    /// Of the stock; else the thinnest standard sheet.
+    /// Of the stock; else the thinnest standard sheet that leaves what is faced off.
     pub thickness_mm: Option<f64>,
+    /// What is faced off the top of a standard sheet.
+    pub facing_mm: f64,
     /// That the block may have.
     pub least_thickness_mm: f64,
+}
+
+impl Shop {
+    /// Cutter, rows and polish in a line.
+    pub fn in_words(&self) -> String {
+        let polish = match self.polish.sigma_mm() {
+            sigma if sigma > 0.0 => format!(", polish {sigma} mm"),
+            _ => String::new(),
+        };
+        format!("{}, rows {} mm apart{polish}", self.cutter.in_words(), self.step_over_mm)
+    }
 }
 
 /// A block that is checked, and where it stands.
@@ -93,6 +107,9 @@ impl CheckLine {
     }
 }
 
+/// The lines that blur the picture and keep nobody from making the block.
+const BLURS: [&str; 2] = ["scallops", "facets"];
+
 /// Whether a block can be made.
 pub struct CheckStudy {
     /// The verdict.
@@ -110,6 +127,26 @@ impl CheckStudy {
         Pass::finishing(shop.cutter, shop.step_over_mm).check(subject.surface.extent()).map_err(Failure::refused)?;
         let shape = FaceShape::of(&subject.surface);
         Ok(Self { lines: lines(shop, subject, &shape)?, shape })
+    }
+
+    /// Answers whether the block can be made, and whether what is left on its face may blur the
+    /// picture, which only its light tells.
+    pub fn say(&self, shop: &Shop, verdict: &mut Verdict) {
+        self.say_hard(shop, verdict);
+        let soft = self.lines.iter().filter(|line| !line.passed && BLURS.contains(&line.what));
+        soft.for_each(|line| verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says)));
+    }
+
+    /// The same without what blurs.
+    pub fn say_hard(&self, shop: &Shop, verdict: &mut Verdict) {
+        let hard: Vec<&CheckLine> =
+            self.lines.iter().filter(|line| !line.passed && !BLURS.contains(&line.what)).collect();
+        for line in &hard {
+            verdict.say(line.what, Answer::No, format!("{}: {}", line.what, line.says));
+        }
+        if hard.is_empty() {
+            verdict.say("making", Answer::Yes, format!("it can be made with {}", shop.in_words()));
+        }
     }
 
     /// What has failed.
@@ -224,11 +261,10 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
 
     let relief = subject.surface.relief_mm();
     let greatest = subject.thinnest_mm + relief;
-    let sheet = STANDARD_SHEETS_MM.into_iter().find(|sheet| *sheet >= greatest - 1e-6);
-    let stock = shop.thickness_mm.or(sheet);
+    let stock = shop.thickness_mm.or_else(|| Stock::sheet_for(greatest, shop.facing_mm));
     let least = shop.least_thickness_mm;
-    let needed_sheet = |mm: f64| STANDARD_SHEETS_MM.into_iter().find(|sheet| *sheet >= mm - 1e-6).unwrap_or(mm.ceil());
-    let thicker = || format!("a design with `thickness` {}mm would do", needed_sheet(relief + least));
+    let needed_sheet = |mm: f64| Stock::sheet_for(mm, shop.facing_mm).unwrap_or((mm + shop.facing_mm).ceil());
+    let thicker = || format!("a design with `thickness` {:.1}mm would do", relief + least + 0.1);
     let contained = stock.is_some_and(|stock| relief < stock);
     let remedy = if contained { String::new() } else { format!("; {}", thicker()) };
     say("relief", contained, format!("{relief:.3} mm from peak to valley{remedy}"));

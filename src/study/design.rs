@@ -5,6 +5,7 @@ use super::{
     imperfect::if_it_is_the_sun,
     requirements::{Requirements, open_understood},
     target_light::TargetLight,
+    verdict::{Answer, Verdict},
 };
 use crate::{
     bench::Bench,
@@ -18,7 +19,7 @@ use crate::{
     record::document,
     solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
     solver::{Problem, Progress, Silent, SolveError, Solver},
-    spec::{DRAWING_NODES, Host, QualityName, Settings, SolverName, TransferName, name_of},
+    spec::{DRAWING_NODES, Host, Length, QualityName, Settings, SolverName, TransferName, name_of},
     surface::HeightField,
     transport::{Quality, Transport, TransportOptions},
     warp::{Warping, WarpingPaper},
@@ -97,11 +98,14 @@ impl Plan {
         if let Some(least) = settings.min_thickness {
             stock = stock.leaving_at_least(least.mm);
         }
+        let facing_mm = settings.facing.map_or(Stock::FACING_MM, |length| length.mm);
+        stock = stock.faced(facing_mm);
         let shape = shape(&settings)?;
         stock.check().and_then(|()| shape.check(block)).map_err(|error| Failure::refused(DesignError::from(error)))?;
         let step = settings.step_tolerance.map_or(StepTolerance::Picture, StepTolerance::Micrometres);
         step.check().map_err(Failure::refused)?;
         (settings.nodes, settings.offset) = (Some(across), Some(offset));
+        settings.facing = Some(Length { mm: facing_mm });
         let transfer = settings.transfer.unwrap_or(TransferName::Srgb);
         let solver = settings.solver.unwrap_or_default();
         let requirements = Requirements::of(perceived.clone(), &bench, &settings, host, progress)?;
@@ -138,6 +142,30 @@ impl Plan {
     /// What may not be meant so, known before a block is made.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Whether a block will work whose files nobody has looked at.
+    pub fn unverified(&self) -> Verdict {
+        let mut verdict = Verdict::default();
+        verdict.say("picture", Answer::NotAsked, "the picture (nothing was traced)");
+        self.say_open(&mut verdict);
+        verdict
+    }
+
+    /// Says what a design leaves open: the size of the light, the cutter, the polish.
+    pub fn say_open(&self, verdict: &mut Verdict) {
+        verdict.say_light(&self.settings, if_it_is_the_sun(&self.bench, &self.settings).as_deref());
+        let finish = self.settings.finish;
+        let open: Vec<&str> = [
+            ("cutter", finish.is_some_and(|finish| finish.cutter.is_some())),
+            ("polish", finish.is_some_and(|finish| finish.polish.is_some())),
+        ]
+        .into_iter()
+        .filter_map(|(what, asked)| (!asked).then_some(what))
+        .collect();
+        if !open.is_empty() {
+            verdict.say("finish", Answer::NotAsked, format!("{} ('glasswarp ready' asks)", open.join(" and ")));
+        }
     }
 
     /// The light of the bench in words. `entry_z_mm` is the entry face of the block that was made.
@@ -211,7 +239,9 @@ impl Plan {
             let solid =
                 Solid::shaped(&surface, stock, self.shape).map_err(|e| Failure::refused(DesignError::from(e)))?;
             let thickness_mm = -solid.entry_z_mm();
-            self.stock = Stock::of_thickness(solid.thickness_mm()).leaving_at_least(self.stock.least_mm());
+            self.stock = Stock::of_thickness(solid.thickness_mm())
+                .leaving_at_least(self.stock.least_mm())
+                .faced(self.stock.facing_mm());
             self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
             overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
             let enough = overshoot_mm <= self.shape.skirt_mm;

@@ -177,7 +177,7 @@ pub fn of_judgement(
     judgement: &Judgement,
 ) -> Result<Vec<String>, Failure> {
     let (Some(block), Some(target), Some(resampled), Some(verdict)) =
-        (subject.block(), target, examiner.target(), &judgement.verdict)
+        (subject.block(), target, examiner.target(), &judgement.picture)
     else {
         return Ok(Vec::new());
     };

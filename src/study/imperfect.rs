@@ -16,7 +16,7 @@ use crate::{
 };
 use glam::DVec2;
 use glasswarp_verify::{
-    Geometry, Image, PhotonPlan, Scene, SourceExtent, UnbiasedError, metrics, metrics::Metrics, photons,
+    Geometry, Image, PhotonPlan, Scene, SourceExtent, UnbiasedError, metrics, metrics::Likeness, photons,
 };
 
 /// The spread of a source for the verifier.
@@ -78,9 +78,9 @@ pub struct ImperfectView {
     pub image: Image,
     /// What it is compared with.
     pub target: Image,
-    /// How well it draws the picture, noise included.
-    pub metrics: Metrics,
-    /// Without the noise of the photons; none if there are none.
+    /// How well it draws the picture, without the noise of the photons.
+    pub likeness: Likeness,
+    /// What the photons know of their own error; none if there are none.
     pub error: Option<UnbiasedError>,
     /// Of the image, in means.
     pub noise: f64,
@@ -106,34 +106,31 @@ impl ImperfectView {
         }
         let perfect = Examiner::new(scene.clone(), Some(&target.picture), PIXELS);
         let Some(target) = perfect.target().cloned() else { return Ok(None) };
-        let (image, error, noise, count) = if settings.spread_source().is_some() || settings.roughness.is_some() {
+        let (image, likeness, error, noise, count) = if settings.spread_source().is_some() || settings.roughness.is_some() {
             let scene = spread(perfect.scene_for(subject), settings);
             let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
             let error = tally.error_against(&target).map_err(Failure::refused)?;
-            (tally.image(), Some(error), tally.noise(), tally.photons())
+            let likeness = tally.likeness_to(&target).map_err(Failure::refused)?;
+            (tally.image(), Some(likeness), Some(error), tally.noise(), tally.photons())
         } else {
             let surface = perfect.scene_for(subject).surface;
-            (perfect.trace(subject, surface, Geometry::Displaced)?.image, None, 0.0, 0)
+            (perfect.trace(subject, surface, Geometry::Displaced)?.image, None, None, 0.0, 0)
         };
-        let (image, error) = match &settings.psf {
-            Some(speck) => (spread_by(&image, speck, scene, host)?, None),
-            None => (image, error),
+        // A speck spreads the noise too, as far as it reaches.
+        let (image, likeness, error) = match &settings.psf {
+            Some(speck) => (spread_by(&image, speck, scene, host)?, None, None),
+            None => (image, likeness, error),
         };
-        let metrics = metrics::compare(&image, &target).map_err(Failure::refused)?;
-        Ok(Some(Self { image, target, metrics, error, noise, photons: count }))
-    }
-
-    /// The relative RMS error, without the noise of photons where that is known.
-    pub fn rel_rms(&self) -> f64 {
-        self.error.map_or(self.metrics.rel_rms, |error| error.rel_rms())
+        let likeness = likeness.map_or_else(|| metrics::likeness(&image, &target).map_err(Failure::refused), Ok)?;
+        Ok(Some(Self { image, target, likeness, error, noise, photons: count }))
     }
 
     /// The same for programs.
     pub fn document(&self) -> document::Imperfect {
         document::Imperfect {
-            rel_rms: document::finite(self.rel_rms()),
+            rel_rms: document::finite(self.likeness.rel_rms),
             rel_rms_error: self.error.and_then(|error| document::finite(error.rel_rms_error())),
-            ssim: document::finite(self.metrics.ssim),
+            ssim: document::finite(self.likeness.ssim),
             photons: self.photons,
         }
     }
@@ -150,8 +147,12 @@ pub fn spread(scene: Scene, settings: &Settings) -> Scene {
 
 /// An image spread by a measured speck.
 fn spread_by(image: &Image, speck: &SpeckFile, scene: &Scene, host: &dyn Host) -> Result<Image, Failure> {
-    let field = judge::field_of(image);
     let window = Extent::new(scene.window.size_mm.x, scene.window.size_mm.y);
-    let psf = Psf::of_picture(open_speck(speck, host)?, window, (field.nx(), field.ny())).map_err(Failure::refused)?;
-    Ok(judge::image_of(&psf.blurred(&to_picture_order(&field))))
+    let psf = Psf::of_picture(open_speck(speck, host)?, window, (image.nx, image.ny)).map_err(Failure::refused)?;
+    Ok(blurred(image, &psf))
+}
+
+/// An image spread by what spreads the light, at its own pixels.
+pub(super) fn blurred(image: &Image, psf: &Psf) -> Image {
+    judge::image_of(&psf.blurred(&to_picture_order(&judge::field_of(image))))
 }

@@ -216,13 +216,13 @@ pub struct Judgement {
     /// Whether the photons see what the beams see.
     pub agreement: PhotonAgreement,
     /// The comparison with the target, if there is one.
-    pub verdict: Option<Verdict>,
+    pub picture: Option<PictureJudgement>,
     /// Size of the window, mm.
     pub window_mm: DVec2,
 }
 
 /// How well the light draws the picture.
-pub struct Verdict {
+pub struct PictureJudgement {
     /// The error of the caustic.
     pub metrics: Metrics,
     /// The photons' own opinion of the relative RMS error, less their noise.
@@ -245,9 +245,9 @@ pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Resul
     );
     let (seen, tally) = (seen?, tally?);
     let agreement = agreement(subject, examiner, &seen.image, &tally)?;
-    let verdict = match (examiner.compare(&seen.image)?, examiner.target()) {
+    let picture = match (examiner.compare(&seen.image)?, examiner.target()) {
         (Some(metrics), Some(target)) => {
-            Some(Verdict { metrics, photons: tally.error_against(target).map_err(Failure::refused)? })
+            Some(PictureJudgement { metrics, photons: tally.error_against(target).map_err(Failure::refused)? })
         }
         _ => None,
     };
@@ -256,7 +256,7 @@ pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Resul
         photon_count: tally.photons(),
         between: tally.error_against(&seen.image).map_err(Failure::refused)?,
         agreement,
-        verdict,
+        picture,
         caustic: seen.image,
         window_mm: examiner.scene.window.size_mm,
     })
@@ -311,6 +311,21 @@ impl Judgement {
         }
     }
 
+    /// What becomes of light that misses the picture, if that is more than a hundredth. `skirt` is
+    /// the share of the face beyond the part that draws: its light is meant to fall elsewhere.
+    pub fn astray_in_words(&self, skirt: f64) -> Option<String> {
+        let flux = &self.flux;
+        let astray = 1.0 - flux.window;
+        (astray > skirt + 0.01).then(|| {
+            format!(
+                "{:.1} % of the light does not reach the picture ({:.1} % lands beside it, {:.1} % is totally reflected)",
+                100.0 * astray,
+                100.0 * flux.missed,
+                100.0 * flux.totally_reflected
+            )
+        })
+    }
+
     /// Fails if photons and beams contradict each other: then no figure can be trusted.
     pub fn demand_agreement(&self) -> Result<(), Failure> {
         if !self.is_contradicted() {
@@ -328,7 +343,7 @@ impl Judgement {
         document::Judgement {
             pixels: [self.caustic.nx, self.caustic.ny],
             picture: self
-                .verdict
+                .picture
                 .as_ref()
                 .map(|verdict| picture_document(&verdict.metrics, pixel_mm, verdict.photons.rel_rms())),
             photons: self.photon_count,

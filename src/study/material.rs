@@ -18,12 +18,10 @@ pub fn ior_of(settings: &Settings) -> Result<f64, Failure> {
             ))
         })
     };
-    match (&settings.material, settings.wavelength) {
-        (Some(name), wavelength) => ior_at(named(name)?, wavelength),
-        (None, Some(wavelength)) => Err(Failure::Usage(format!(
-            "`wavelength` {wavelength} decides the index of a material, and none is named: add `material`"
-        ))),
-        (None, None) => Ok(settings.ior.unwrap_or(1.5)),
+    match (&settings.material, settings.ior) {
+        (Some(name), _) => ior_at(named(name)?, settings.wavelength),
+        (None, Some(ior)) => Ok(ior),
+        (None, None) => ior_at(named(&materials::DEFAULT.to_owned())?, settings.wavelength),
     }
 }
 

@@ -5,6 +5,7 @@ use super::{
     changed::deflection_mm,
     design::shape,
     progress::{advance, begin},
+    verdict::{Answer, Verdict, seen_in_words},
     workpiece::{JudgedImage, Workpiece, view_milled, walls_of},
 };
 use crate::{
@@ -16,6 +17,7 @@ use crate::{
     solver::Progress,
     surface::{HeightField, Polish},
 };
+use glasswarp_verify::{Image, metrics::Likeness};
 
 /// A step of the work, and the light after it.
 pub struct MillStep {
@@ -25,6 +27,8 @@ pub struct MillStep {
     pub surface: HeightField,
     /// The light after it.
     pub view: JudgedImage,
+    /// Whether this is what the cutter leaves.
+    is_milled: bool,
 }
 
 impl MillStep {
@@ -65,7 +69,7 @@ impl MillStudy {
         pass.check(piece.surface.extent()).map_err(Failure::refused)?;
         begin(progress, "milling and tracing", 2 + 2 * usize::from(polish.is_some()))?;
         let step = |name: &str, surface: HeightField| -> Result<MillStep, Failure> {
-            Ok(MillStep { name: name.into(), view: piece.view(&surface)?, surface })
+            Ok(MillStep { name: name.into(), view: piece.view(&surface)?, surface, is_milled: false })
         };
         let mut steps = vec![step("as designed", piece.surface.clone())?];
         advance(progress, 1)?;
@@ -73,7 +77,7 @@ impl MillStudy {
         let milled = mill(&piece.surface, &pass, walls.as_ref())?;
         let name = format!("milled with {}, rows {} mm apart", pass.cutter.in_words(), pass.step_over_mm);
         let (view, surface) = view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?;
-        steps.push(MillStep { name, view, surface });
+        steps.push(MillStep { name, view, surface, is_milled: true });
         advance(progress, 2)?;
         if let Some(polish) = polish {
             let name = format!("and polished, sigma {} mm", polish.sigma_mm());
@@ -161,6 +165,127 @@ impl MillStudy {
         let before = &piece.side.bench;
         export::Design { name: format!("{name} milled"), exit_face: exit_face(before), distance_mm: before.distance_mm }
     }
+}
+
+/// What would make a better picture of a milled face, tried in simulation.
+struct MillRemedy {
+    /// A polish or a step-over, in words. Settings stand in backticks.
+    says: String,
+    /// How alike the picture then is.
+    likeness: Likeness,
+}
+
+/// Standard deviations of a polish that are tried for scallops, in step-overs: from where half of
+/// their slope is left to where nothing is.
+const POLISHES: [f64; 4] = [0.35, 0.5, 0.7, 1.0];
+/// Halvings of the step-over that are tried.
+const HALVINGS: i32 = 3;
+/// Most nodes of a milled face that a remedy is looked for with.
+const MOST_TRIED_NODES: usize = 60_000_000;
+
+impl MillStudy {
+    /// Answers whether the finished face draws the picture in perfect light; where it hardly does,
+    /// with a polish or a step-over that would do better, tried in simulation.
+    ///
+    /// # Errors
+    /// A pass that does not fit the block; cancellation.
+    pub fn say(&self, piece: &Workpiece, progress: &dyn Progress, verdict: &mut Verdict) -> Result<(), Failure> {
+        let likeness = Likeness::from(&self.last().view.metrics);
+        let (answer, words) = seen_in_words(likeness.ssim);
+        let mut says = format!("{words} ({}), {}", figures(likeness), self.done_in_words());
+        if answer != Answer::Yes {
+            says += &self.remedy_in_words(piece, &|image| likeness_in_perfect_light(piece, image), progress)?;
+        }
+        verdict.say("picture", answer, says);
+        Ok(())
+    }
+
+    /// What would do better, as the end of a sentence. `judged` tells how alike the picture is where
+    /// this image falls in perfect light.
+    pub(super) fn remedy_in_words(
+        &self,
+        piece: &Workpiece,
+        judged: &dyn Fn(&Image) -> Result<Likeness, Failure>,
+        progress: &dyn Progress,
+    ) -> Result<String, Failure> {
+        Ok(match self.remedy(piece, judged, progress)? {
+            Some(MillRemedy { says, likeness }) => format!("; {says} gives {}", figures(likeness)),
+            None => "; neither a polish nor a finer step-over that was tried does better: design for it with \
+                     `finish`, or take another cutter"
+                .to_owned(),
+        })
+    }
+
+    /// Tries polishes, which cost the shop least, then finer step-overs; returns the first that the
+    /// eye is content with, or the best.
+    fn remedy(
+        &self,
+        piece: &Workpiece,
+        judged: &dyn Fn(&Image) -> Result<Likeness, Failure>,
+        progress: &dyn Progress,
+    ) -> Result<Option<MillRemedy>, Failure> {
+        begin(progress, "looking for a better finish", POLISHES.len() + HALVINGS as usize)?;
+        let own = judged(&self.last().view.image)?.ssim;
+        let mut best: Option<MillRemedy> = None;
+        let mut better = |says: String, image: &Image| -> Result<bool, Failure> {
+            let likeness = judged(image)?;
+            if likeness.ssim > best.as_ref().map_or(own, |best| best.likeness.ssim) {
+                best = Some(MillRemedy { says, likeness });
+            }
+            Ok(seen_in_words(likeness.ssim).0 == Answer::Yes)
+        };
+        let step_over_mm = self.pass.step_over_mm;
+        let milled = self.steps.iter().find(|step| step.is_milled).map(|step| &step.surface);
+        let nodes = milled.map_or(usize::MAX, |face| face.heights_mm().as_slice().len());
+        let stronger = |sigma_mm: f64| self.polish.is_none_or(|polish| sigma_mm > 1.05 * polish.sigma_mm());
+        for (k, part) in POLISHES.into_iter().enumerate() {
+            let sigma_mm = (1e3 * part * step_over_mm).ceil() / 1e3;
+            if let Some(milled) = milled.filter(|_| stronger(sigma_mm)) {
+                let polish = Polish::new(sigma_mm).map_err(Failure::refused)?;
+                let view = piece.view(&polished(milled, &piece.surface, polish))?;
+                if better(format!("`polish` {sigma_mm}mm"), &view.image)? {
+                    return Ok(best);
+                }
+            }
+            advance(progress, k + 1)?;
+        }
+        for halving in 1..=HALVINGS {
+            let pass = Pass { step_over_mm: step_over_mm * 0.5_f64.powi(halving), ..self.pass };
+            // A row takes as many nodes, however near the next one is.
+            let finer = nodes.saturating_mul(1 << halving);
+            if finer <= MOST_TRIED_NODES && pass.check(piece.surface.extent()).is_ok() {
+                let walls = walls_of(&piece.block, &piece.surface, pass.cutter);
+                let milled = mill(&piece.surface, &pass, walls.as_ref())?;
+                let (view, kept) = match self.polish {
+                    Some(polish) => {
+                        (piece.view(&polished(&milled.surface, &piece.surface, polish))?, " and the same polish")
+                    }
+                    None => (view_milled(&piece.examiner, &piece.block, &piece.surface, milled)?.0, ""),
+                };
+                if better(format!("`step-over` {}mm{kept}", pass.step_over_mm), &view.image)? {
+                    return Ok(best);
+                }
+            }
+            advance(progress, POLISHES.len() + halving as usize)?;
+        }
+        Ok(best)
+    }
+
+    /// Cutter, rows and polish in a line.
+    pub fn done_in_words(&self) -> String {
+        let polish = self.polish.map(|polish| format!(", polish {} mm", polish.sigma_mm())).unwrap_or_default();
+        format!("cut with {}, rows {} mm apart{polish}", self.pass.cutter.in_words(), self.pass.step_over_mm)
+    }
+}
+
+/// The two figures that tell most.
+pub(super) fn figures(likeness: Likeness) -> String {
+    format!("SSIM {:.3}, relative RMS {:.3}", likeness.ssim, likeness.rel_rms)
+}
+
+fn likeness_in_perfect_light(piece: &Workpiece, image: &Image) -> Result<Likeness, Failure> {
+    let likeness = piece.examiner.likeness(image)?;
+    likeness.ok_or_else(|| Failure::Usage("there is no picture to compare with".into()))
 }
 
 /// What is left of the wall of a rim in a file, at least, mm: less could not be told from none.

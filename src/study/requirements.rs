@@ -60,6 +60,17 @@ fn imperfect_light(settings: &Settings, host: &dyn Host) -> Result<ImperfectLigh
     })
 }
 
+/// What spreads the light on a bench, on so many cells of its window; none in perfect light.
+pub(super) fn psf_of(
+    settings: &Settings,
+    bench: &Bench,
+    cells: (usize, usize),
+    host: &dyn Host,
+) -> Result<Option<Psf>, Failure> {
+    let light = imperfect_light(settings, host)?;
+    if light.is_perfect() { Ok(None) } else { light.psf(bench, cells).map(Some).map_err(Failure::refused) }
+}
+
 /// The mesh on the receiver, if there is one.
 fn caustic_mesh(settings: &Settings, bench: &Bench, host: &dyn Host) -> Result<Option<Arc<CausticMesh>>, Failure> {
     let Some(path) = &settings.caustic_mesh else { return Ok(None) };
@@ -108,10 +119,8 @@ impl Requirements {
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        let light = imperfect_light(settings, host)?;
         let mesh = caustic_mesh(settings, bench, host)?;
-        let cells = (picture.cells().nx(), picture.cells().ny());
-        let psf = if light.is_perfect() { None } else { Some(light.psf(bench, cells).map_err(Failure::refused)?) };
+        let psf = psf_of(settings, bench, (picture.cells().nx(), picture.cells().ny()), host)?;
         let border = match settings.deconvolution.unwrap_or_default() {
             DeconvolutionName::Window => Some(Border::Dark),
             DeconvolutionName::Paper => Some(Border::Continued),

@@ -29,6 +29,21 @@ pub struct Tolerances {
     pub focus_error: Option<f64>,
 }
 
+impl Default for Tolerances {
+    /// What is usual where nobody has measured.
+    fn default() -> Self {
+        Self {
+            index: 0.01,
+            distance_mm: 5.0,
+            tilt_degrees: 1.0,
+            form_error_um: 50.0,
+            thickness_mm: 0.5,
+            light_degrees: vec![0.53, 1.15],
+            focus_error: None,
+        }
+    }
+}
+
 impl Tolerances {
     /// Refuses what cannot be looked at, before any work.
     ///
@@ -103,6 +118,8 @@ pub struct ToleranceCase {
     pub view: Option<(JudgedImage, f64)>,
     /// Where it is.
     pub place: Place,
+    /// Whether the size of the light is off.
+    pub is_light: bool,
 }
 
 /// Where the picture is, and how large, against the design: there it is looked at.
@@ -215,7 +232,7 @@ impl DesignedBench<'_> {
         }
         for &diameter in lights {
             let view = self.compared(self.extended_light(diameter)?, &designed)?;
-            cases.push(ToleranceCase { name: format!("light {diameter} degrees across"), view, place: Place::SAME });
+            cases.push(ToleranceCase { name: format!("light {diameter} degrees across"), view, place: Place::SAME, is_light: true });
             advance(progress, cases.len())?;
         }
         let focus = self.focus(designed.metrics.rel_rms, tolerances.focus_error);
@@ -245,7 +262,7 @@ impl DesignedBench<'_> {
         let block = block.as_ref().unwrap_or(&self.block);
         let Followed { scene, moved_mm, growth } = follow_picture((&self.block, &self.scene), (block, scene))?;
         let view = self.compared(self.traced(block, &scene, BEAMS)?, designed)?;
-        Ok(ToleranceCase { name, view, place: Place { moved_mm, growth } })
+        Ok(ToleranceCase { name, view, place: Place { moved_mm, growth }, is_light: false })
     }
 
     /// Other blocks and other benches, and what means nothing here.

@@ -3,11 +3,14 @@
 use super::{
     bench::scene_of,
     budget::{self, BudgetStep, Judged},
+    changed::changed_bench,
     design::Plan,
     finish::Finished,
-    imperfect::ImperfectView,
-    judge::{self, Examiner, Judgement},
+    imperfect::{ImperfectView, blurred, spread_in_words},
+    judge::{self, Examiner, Judgement, Subject},
+    requirements::psf_of,
     target_light::TargetLight,
+    verdict::Verdict,
 };
 use crate::{
     failure::Failure,
@@ -15,7 +18,11 @@ use crate::{
     record::BenchRecord,
     spec::{Host, Settings},
 };
-use glasswarp_verify::{Image, Mesh, PhotonPlan};
+use glasswarp_verify::{
+    Geometry, Image, Mesh, Optics, PhotonPlan, Scene, Surface,
+    metrics::{self, Likeness},
+    reference::resampled,
+};
 
 /// Photons that confirm the beams of a design, one per pixel within these limits: enough to find a
 /// fault, few enough not to be waited for.
@@ -39,7 +46,34 @@ pub struct DesignVerification<'a> {
     pub finished: Option<Finished>,
     /// The light that there is, if it is not perfect.
     pub imperfect: Option<ImperfectView>,
+    /// What the eye gets: of the face after its finish, in the light that there is.
+    pub seen: Option<Seen>,
+    /// What small faults of the bench make of the relative RMS error.
+    pub faults: Vec<Fault>,
 }
+
+/// What the eye gets of a picture.
+pub struct Seen {
+    /// How alike it is to the picture.
+    pub likeness: Likeness,
+    /// Of which face, in which light: words that go on a sentence, or none.
+    pub what: String,
+}
+
+/// A small fault of the bench, and what it does.
+pub struct Fault {
+    /// What is off, and by how much.
+    pub name: &'static str,
+    /// Relative RMS error then.
+    pub rel_rms: f64,
+}
+
+/// The index of a batch is known to about this, where nobody has measured it.
+const INDEX_OFF: f64 = 0.01;
+/// A receiver stands to about this part of its distance.
+const DISTANCE_OFF: f64 = 0.02;
+/// Pixels across at which faults are looked at, at most.
+const FAULT_PIXELS: usize = 256;
 
 impl<'a> DesignVerification<'a> {
     /// Judges a file of a design as soon as it is read back, and looks for the step that costs
@@ -75,8 +109,21 @@ impl<'a> DesignVerification<'a> {
         let finished = finish.map(|finish| Finished::of(finish, &judged.subject, &examiner)).transpose()?;
         let spread_photons = PhotonPlan::new(SPREAD_PHOTONS, 1);
         let imperfect = ImperfectView::of(&judged.subject, &scene, target, &plan.settings, &spread_photons, host)?;
+        let seen = seen(plan, target, &judgement, finished.as_ref(), imperfect.as_ref(), host)?;
+        let faults = faults(plan, &judged.subject, &scene, target, host)?;
         let target = examiner.target().unwrap_or(&judgement.caustic).clone();
-        Ok(Some(Self { judged, examiner, judgement, steps, target, finished, imperfect }))
+        Ok(Some(Self { judged, examiner, judgement, steps, target, finished, imperfect, seen, faults }))
+    }
+
+    /// Whether the block will work, as far as a design is asked.
+    pub fn verdict(&self, plan: &Plan, block: &DesignedBlock) -> Verdict {
+        let mut verdict = Verdict::default();
+        if let Some(Seen { likeness, what }) = &self.seen {
+            verdict.say_picture(*likeness, what);
+        }
+        verdict.say_judgement(&self.judgement, block.skirt_share());
+        plan.say_open(&mut verdict);
+        verdict
     }
 
     /// Adds what another file does to the light.
@@ -88,4 +135,58 @@ impl<'a> DesignVerification<'a> {
         self.steps.extend(steps);
         Ok(())
     }
+}
+
+/// What the eye gets.
+fn seen(
+    plan: &Plan,
+    target: &TargetLight,
+    judgement: &Judgement,
+    finished: Option<&Finished>,
+    imperfect: Option<&ImperfectView>,
+    host: &dyn Host,
+) -> Result<Option<Seen>, Failure> {
+    let finish = finished.map(|finished| format!(", after the finish ({})", finished.plan.in_words()));
+    let light = imperfect.map(|_| format!(", in the light that there is ({})", spread_in_words(&plan.settings)));
+    let likeness = match (finished, imperfect) {
+        // Photons saw the face before its finish.
+        (Some(finished), Some(_)) => {
+            let image = &finished.view.image;
+            let psf = psf_of(&plan.settings, &plan.bench, (image.nx, image.ny), host)?;
+            let image = psf.as_ref().map_or_else(|| image.clone(), |psf| blurred(image, psf));
+            let target = resampled(&target.picture, image.nx, image.ny);
+            Some(metrics::likeness(&image, &target).map_err(Failure::refused)?)
+        }
+        (None, Some(imperfect)) => Some(imperfect.likeness),
+        (Some(finished), None) => Some(Likeness::from(&finished.view.metrics)),
+        (None, None) => judgement.picture.as_ref().map(|picture| Likeness::from(&picture.metrics)),
+    };
+    let what = [finish, light].into_iter().flatten().collect();
+    Ok(likeness.map(|likeness| Seen { likeness, what }))
+}
+
+/// What an index and a distance that are a little off do to the picture, in the light that there is.
+fn faults(
+    plan: &Plan,
+    subject: &Subject,
+    scene: &Scene,
+    target: &TargetLight,
+    host: &dyn Host,
+) -> Result<Vec<Fault>, Failure> {
+    let Some(block) = subject.block() else { return Ok(Vec::new()) };
+    let examiner = Examiner::new(scene.clone(), Some(&target.picture), FAULT_PIXELS);
+    let psf = psf_of(&plan.settings, &plan.bench, examiner.pixels(), host)?;
+    let error = |ior: Option<f64>, distance_mm: Option<f64>| -> Result<f64, Failure> {
+        let changed = changed_bench(scene.clone(), Some(block), ior, distance_mm)?;
+        let image = examiner.on(changed).trace(subject, Surface::Spline, Geometry::Displaced)?.image;
+        let image = psf.as_ref().map_or_else(|| image.clone(), |psf| blurred(&image, psf));
+        Ok(examiner.likeness(&image)?.map_or(f64::NAN, |likeness| likeness.rel_rms))
+    };
+    let mut faults = Vec::new();
+    if let Optics::Refracts { ior } = scene.optics {
+        faults.push(Fault { name: "an index 0.01 higher", rel_rms: error(Some(ior + INDEX_OFF), None)? });
+    }
+    let further_mm = (1.0 + DISTANCE_OFF) * scene.distance_mm;
+    faults.push(Fault { name: "a receiver 2 % further away", rel_rms: error(None, Some(further_mm))? });
+    Ok(faults)
 }

@@ -9,6 +9,7 @@ use super::{
     target_light::TargetLight,
 };
 use crate::{
+    bench::Bench,
     fabricate::{Cutter, Milled, Walls},
     failure::Failure,
     grid::{Extent, Field, Outline},
@@ -34,6 +35,10 @@ pub struct Workpiece {
     pub examiner: Examiner,
     /// The light to be drawn in perfect light.
     pub ideal: TargetIrradiance,
+    /// The bench that it was designed for.
+    pub bench: Bench,
+    /// What the eye shall see.
+    pub target: TargetLight,
 }
 
 /// The light of a block and how well it draws the picture.
@@ -71,7 +76,7 @@ impl Workpiece {
         let scene = changed_bench(scene_of(&side.bench, design, host)?, Some(&block), ior, distance_mm)?;
         let examiner = Examiner::new(scene, Some(target.in_perfect_light()), pixels);
         let surface = surface_of(&block)?;
-        Ok(Self { side, block, surface, examiner, ideal: requirements.ideal })
+        Ok(Self { side, block, surface, examiner, ideal: requirements.ideal, bench, target })
     }
 
     /// The light of a face on this block.

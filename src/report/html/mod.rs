@@ -12,9 +12,13 @@ mod page;
 mod rays;
 mod scene;
 mod section;
+mod sheet;
+mod signal;
 mod still;
 
 pub use page::{Facts, FileRecord, Highlight, Model, Page, View};
+pub use sheet::{ReadySheet, write_ready_sheet};
+pub use signal::{Signal, TrafficLight};
 
 use crate::{
     export::{WriteError, write_atomically},

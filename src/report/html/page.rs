@@ -1,5 +1,6 @@
 //! What is on the page, as plain data.
 
+use super::signal::TrafficLight;
 use crate::{
     bench::Bench,
     grid::Field,
@@ -17,7 +18,9 @@ pub struct Page<'a> {
     pub title: String,
     /// What is seen here, in a sentence or two.
     pub about: String,
-    /// What must be known before anything else.
+    /// Whether it will work, before anything else, if that was asked.
+    pub verdict: Option<TrafficLight>,
+    /// What must be known.
     pub warnings: Vec<String>,
     /// A few figures that say most.
     pub highlights: Vec<Highlight>,

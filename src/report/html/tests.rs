@@ -65,6 +65,11 @@ impl Sample {
         Page {
             title: "<b>Tom & \"Jerry\"</b>".into(),
             about: "About <script>alert(1)</script>".into(),
+            verdict: Some(TrafficLight {
+                question: "Will it work?".into(),
+                answer: Signal::But,
+                says: "a <little>".into(),
+            }),
             warnings: vec!["too <thin>".into()],
             highlights: vec![Highlight { label: "a".into(), value: "1".into(), unit: "mm".into(), note: "b".into() }],
             model: self.model(),
@@ -104,7 +109,9 @@ fn the_page_asks_for_nothing_and_takes_words_as_words() {
     {
         assert!(html.contains(present), "{present}");
     }
-    assert!(html.find("One warning").unwrap() < html.find("id=\"model\"").unwrap(), "warnings come first");
+    let place = |words: &str| html.find(words).unwrap();
+    assert!(place("<b>yes, but</b>") < place("One warning"), "the verdict comes first");
+    assert!(place("One warning") < place("id=\"model\""), "warnings come before pictures");
     let scene = html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     let scene: serde_json::Value = serde_json::from_str(scene).unwrap();
     assert_eq!((scene["nodes"][0].as_u64(), scene["nodes"][1].as_u64()), (Some(31), Some(21)));

@@ -8,7 +8,7 @@ use crate::{
     materials,
     report::{
         budget::Cost,
-        html::{Facts, Highlight, Model, View},
+        html::{Facts, Highlight, Model, Signal, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
     },
@@ -18,6 +18,7 @@ use crate::{
         budget::BudgetStep,
         design::Plan,
         judge::{self, Judgement},
+        verdict::{Answer, Verdict},
     },
 };
 use glasswarp_verify::metrics::{Likeness, Metrics};
@@ -26,6 +27,25 @@ use std::path::Path;
 /// The program and its version.
 pub(super) fn program() -> String {
     format!("glasswarp {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// The colour of an answer.
+pub(crate) fn signal(answer: Answer) -> Signal {
+    match answer {
+        Answer::Yes => Signal::Yes,
+        Answer::But => Signal::But,
+        Answer::NotAsked => Signal::Open,
+        Answer::No => Signal::No,
+    }
+}
+
+/// Whether a block will work, in a line.
+pub(super) fn traffic_light(verdict: &Verdict, in_flags: fn(&str) -> String) -> TrafficLight {
+    TrafficLight {
+        question: "Will it work?".into(),
+        answer: signal(verdict.answer()),
+        says: in_flags(&verdict.in_words()),
+    }
 }
 
 /// A length without the digits that only rounding errors fill.
@@ -177,7 +197,7 @@ pub(crate) fn model<'a>(
 pub(crate) fn judgement_facts(judgement: &Judgement, pixel_mm: f64) -> Facts {
     let caustic = &judgement.caustic;
     let mut rows = vec![row("Judged at", format!("{} × {} pixels of the receiver", caustic.nx, caustic.ny))];
-    if let Some(verdict) = &judgement.verdict {
+    if let Some(verdict) = &judgement.picture {
         let m = &verdict.metrics;
         rows.extend([
             row("Relative RMS error", format!("{:.4} of the mean light", m.rel_rms)),
@@ -210,16 +230,7 @@ pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<Strin
     if judgement.is_contradicted() {
         warnings.push(format!("photons and beams {}", judgement.agreement_in_words()));
     }
-    let flux = &judgement.flux;
-    let astray = 1.0 - flux.window;
-    if astray > skirt + 0.01 {
-        warnings.push(format!(
-            "{:.1} % of the light does not reach the picture ({:.1} % lands beside it, {:.1} % is totally reflected)",
-            100.0 * astray,
-            100.0 * flux.missed,
-            100.0 * flux.totally_reflected
-        ));
-    }
+    warnings.extend(judgement.astray_in_words(skirt));
     warnings
 }
 

@@ -3,9 +3,9 @@
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
     judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, target_view,
+    traffic_light,
 };
 use crate::{
-    bench::Bench,
     fabricate::FaceShape,
     failure::Failure,
     grid::Field,
@@ -21,7 +21,7 @@ use crate::{
         svg::Svg,
     },
     spec::{Settings, name_of},
-    study::{budget::BudgetStep, design::Plan, judge, verification::DesignVerification},
+    study::{budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::DesignVerification},
     surface::SurfaceSpline,
 };
 use glasswarp_verify::Image;
@@ -37,12 +37,13 @@ pub(crate) struct BlockDrawings {
 }
 
 impl BlockDrawings {
-    pub(crate) fn of(block: &DesignedBlock, bench: &Bench) -> Self {
+    pub(crate) fn of(block: &DesignedBlock, plan: &Plan) -> Self {
+        let order = StockOrder::of_design(&block.solid, &plan.settings).notes();
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
             || FaceShape::of_spline(surface, &spline),
-            || rayon::join(|| dimensioned_drawing(solid, bench), || Isocontours::of_spline(surface, &spline)),
+            || rayon::join(|| dimensioned_drawing(solid, &plan.bench, &order), || Isocontours::of_spline(surface, &spline)),
         );
         Self { shape, drawing, contours }
     }
@@ -63,6 +64,10 @@ pub(crate) struct DesignPage<'a> {
     pub(crate) drawings: &'a BlockDrawings,
     /// What the verifier says, unless it was not asked.
     pub(crate) verification: Option<&'a DesignVerification<'a>>,
+    /// Whether it will work.
+    pub(crate) verdict: &'a Verdict,
+    /// Settings in messages as a person writes them.
+    pub(crate) in_flags: fn(&str) -> String,
     /// What there is to say of the files.
     pub(crate) notes: &'a [String],
     pub(crate) solved: Duration,
@@ -77,9 +82,10 @@ impl DesignPage<'_> {
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
-        let skirt = 1.0 - block.surface.contour().area_mm2() / solid.surface().contour().area_mm2();
         warnings.extend(
-            self.verification.iter().flat_map(|verification| judgement_warnings(&verification.judgement, skirt)),
+            self.verification
+                .iter()
+                .flat_map(|verification| judgement_warnings(&verification.judgement, block.skirt_share())),
         );
         let (size, thickness) = (solid.stock_extent(), mm(solid.thickness_mm()));
         let page = Page {
@@ -91,6 +97,7 @@ impl DesignPage<'_> {
                 material(bench, plan.settings.material.as_deref()),
                 mm(bench.distance_mm())
             ),
+            verdict: Some(traffic_light(self.verdict, self.in_flags)),
             warnings,
             highlights: self.highlights(),
             model: model(solid, bench, shape, contours),
@@ -129,7 +136,7 @@ impl DesignPage<'_> {
 
     fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
         let note = match (
-            self.verification.map(|verification| verification.judgement.verdict.as_ref()),
+            self.verification.map(|verification| verification.judgement.picture.as_ref()),
             self.block.light.first(),
         ) {
             (Some(Some(verdict)), _) => {
@@ -157,7 +164,7 @@ impl DesignPage<'_> {
         let (solid, bench) = (&block.solid, &plan.bench);
         let metrics = self
             .verification
-            .and_then(|verification| verification.judgement.verdict.as_ref())
+            .and_then(|verification| verification.judgement.picture.as_ref())
             .map(|verdict| &verdict.metrics);
         let finished = self
             .verification
@@ -307,14 +314,14 @@ pub(crate) fn draw<T: Send>(
 ) -> Result<Vec<T>, Failure> {
     let exposure = Exposure::of(&plan.target, plan.transfer.into());
     let [target, caustic] = [&verification.target, &verification.judgement.caustic].map(judge::field_of);
-    let error = verification.judgement.verdict.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
+    let error = verification.judgement.picture.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
     let note = format!("(relative RMS {error:.4})");
     let finished = verification.finished.as_ref().map(|finished| {
         let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
         (judge::field_of(&finished.view.image), note)
     });
     let imperfect = verification.imperfect.as_ref().map(|imperfect| {
-        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.rel_rms());
+        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.likeness.rel_rms);
         let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
         ([&imperfect.target, &imperfect.image].map(judge::field_of), exposure, note)
     });

@@ -3,7 +3,7 @@
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
-    judgement_warnings, light_view, mm, pair, program, row, step_views, target_view,
+    judgement_warnings, light_view, mm, pair, program, row, step_views, target_view, traffic_light,
 };
 use crate::{
     bench::Bench,
@@ -13,7 +13,7 @@ use crate::{
     record::SideFile,
     report::{
         budget::Cost,
-        html::{Facts, FileRecord, Highlight, Model, Page, View, write_html},
+        html::{Facts, FileRecord, Highlight, Model, Page, TrafficLight, View, write_html},
         isocontours::Isocontours,
         pictures::Exposure,
     },
@@ -23,6 +23,7 @@ use crate::{
         budget::BudgetStep,
         judge::{self, Examiner, Judgement, Subject},
         mill::{MillStep, MillStudy},
+        verdict::Verdict,
         workpiece::{Workpiece, surface_of},
     },
     surface::HeightField,
@@ -30,7 +31,7 @@ use crate::{
 use glam::DVec2;
 use glasswarp_verify::{
     Scene,
-    metrics::{self, Metrics},
+    metrics::{self, Likeness, Metrics},
 };
 use std::path::Path;
 
@@ -48,6 +49,7 @@ pub(crate) struct FoundPage<'a> {
     /// The entry face, from the mean plane of the exit face, mm.
     entry_z_mm: f64,
     about: String,
+    verdict: Option<TrafficLight>,
     warnings: Vec<String>,
     exposure: Exposure,
     /// The picture as light, if there is one, and how well it is drawn.
@@ -94,7 +96,7 @@ impl<'a> FoundPage<'a> {
         warnings.extend(judgement_warnings(judgement, side.map_or(0.0, |side| side.bench.skirt_share())));
         let light = judge::field_of(&judgement.caustic);
         let target = examiner.target().map(judge::field_of);
-        let verdict = judgement.verdict.as_ref();
+        let verdict = judgement.picture.as_ref();
         let note = verdict.map(|verdict| format!("{}.", in_words(&verdict.metrics))).unwrap_or_default();
         Ok(Self {
             about: format!("A block of glass as it was found in {}, and the light that comes through it.", file.name),
@@ -105,6 +107,11 @@ impl<'a> FoundPage<'a> {
             scene: scene.clone(),
             surface: surface_of(found)?,
             entry_z_mm: found.entry_z_mm(),
+            verdict: verdict.map(|picture| {
+                let mut verdict = Verdict::default();
+                verdict.say_picture(Likeness::from(&picture.metrics), ", as designed, in perfect light");
+                traffic_light(&verdict, |says| says.to_owned())
+            }),
             warnings,
             exposure,
             others: target.as_ref().map(|target| step_views(steps, target, exposure)).unwrap_or_default(),
@@ -121,7 +128,7 @@ impl<'a> FoundPage<'a> {
     pub(crate) fn of_milling(
         file: ReportedFile<'_>,
         piece: &'a Workpiece,
-        study: &MillStudy,
+        (study, verdict, in_flags): (&MillStudy, &Verdict, fn(&str) -> String),
         feed: Length,
         exposure: Exposure,
     ) -> Result<Self, Failure> {
@@ -159,6 +166,7 @@ impl<'a> FoundPage<'a> {
             scene: piece.scene(),
             surface: piece.surface.clone(),
             entry_z_mm: piece.block.entry_z_mm(),
+            verdict: Some(traffic_light(verdict, in_flags)),
             warnings: Vec::new(),
             exposure,
             caustic: light_view("Light after the work", &light, exposure, note(last)),
@@ -200,6 +208,7 @@ impl<'a> FoundPage<'a> {
         let page = Page {
             title: self.title,
             about: self.about,
+            verdict: self.verdict,
             warnings: self.warnings,
             highlights,
             model: Model {

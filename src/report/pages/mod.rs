@@ -5,4 +5,5 @@ pub(crate) mod design;
 pub(crate) mod found;
 pub(crate) mod maps;
 pub(crate) mod preview;
+pub(crate) mod ready;
 pub(crate) mod sweep;

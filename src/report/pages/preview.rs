@@ -70,6 +70,7 @@ impl PreviewPage<'_> {
             about: format!(
                 "A preview: a draft on {nx} × {ny} nodes, solved in a moment and not to be made. Relief and thickness are close to those of the block; its light is only roughly right, and the design itself comes nearer to the picture."
             ),
+            verdict: None,
             warnings: self.warnings(),
             highlights: vec![
                 error_highlight(&self.view.metrics, "RMS of this draft; a design comes nearer"),

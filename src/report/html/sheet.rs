@@ -1,0 +1,63 @@
+//! One printed sheet for maker and shop: whether a block is ready to be made, and all that both must
+//! have at hand.
+
+use super::{
+    Figure,
+    page::{Facts, FileRecord, View},
+    signal::{Signal, TrafficLight},
+};
+use crate::{
+    export::{WriteError, write_atomically},
+    report::svg::Svg,
+};
+use askama::Template;
+use std::{io::Write, path::Path};
+
+/// Everything on the sheet.
+#[derive(Clone, Debug)]
+pub struct ReadySheet {
+    /// Name of the block.
+    pub title: String,
+    /// The answer to all questions together.
+    pub answer: Signal,
+    /// The same with its reasons.
+    pub says: String,
+    /// What it rests on.
+    pub lights: Vec<TrafficLight>,
+    /// The picture, and what the eye gets of it.
+    pub pictures: Vec<View>,
+    /// The block.
+    pub drawing: Svg,
+    /// What to order, how to work, what to measure, what to watch.
+    pub facts: Vec<Facts>,
+    /// What to send.
+    pub files: Vec<FileRecord>,
+    /// The command that makes all of this again.
+    pub command: String,
+    /// The program and its version.
+    pub program: String,
+}
+
+#[derive(Template)]
+#[template(path = "sheet.html")]
+struct Whole<'a> {
+    page: &'a ReadySheet,
+    figures: Vec<Figure>,
+    drawing: String,
+    style: &'static str,
+}
+
+/// Longer side of a picture on the sheet, pixels, at most.
+const PICTURE_PX: u32 = 480;
+
+/// Writes the sheet. The file appears whole or not at all.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write_ready_sheet(path: &Path, page: &ReadySheet) -> Result<(), WriteError> {
+    let figures = page.pictures.iter().map(|view| Figure::of(view, PICTURE_PX)).collect();
+    let whole = Whole { page, figures, drawing: page.drawing.uri(), style: include_str!("sheet.css") };
+    // Writing to a string cannot fail, and nothing in the template does.
+    let text = whole.render().unwrap_or_else(|error| format!("<!doctype html><title>{error}</title>"));
+    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+}

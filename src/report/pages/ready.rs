@@ -1,0 +1,142 @@
+//! The sheet of a block that is ready to be made, or not.
+
+use super::common::{light_view, mm, program, row, signal, target_view};
+use crate::{
+    failure::Failure,
+    report::{
+        drawing::dimensioned_drawing,
+        html::{Facts, FileRecord, ReadySheet, TrafficLight, write_ready_sheet},
+        pictures::Exposure,
+    },
+    spec::Length,
+    study::{
+        check::Shop,
+        judge,
+        ready::ReadyStudy,
+        verdict::{Concern, seen_in_words},
+        workpiece::Workpiece,
+    },
+};
+use std::path::Path;
+
+/// What the sheet is made of.
+pub(crate) struct ReadyPage<'a> {
+    /// The name of the block.
+    pub(crate) title: String,
+    pub(crate) study: &'a ReadyStudy,
+    pub(crate) piece: &'a Workpiece,
+    pub(crate) shop: &'a Shop,
+    /// Of the cutter, per minute.
+    pub(crate) feed: Length,
+    pub(crate) exposure: Exposure,
+    /// What to send.
+    pub(crate) files: Vec<FileRecord>,
+    pub(crate) command: String,
+    /// Settings in messages as a person writes them.
+    pub(crate) in_flags: fn(&str) -> String,
+}
+
+/// Faults of the bench that are listed, at most: the worst.
+const MOST_FAULTS: usize = 6;
+
+impl ReadyPage<'_> {
+    /// Writes the sheet.
+    pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
+        let (study, piece) = (self.study, self.piece);
+        let (seen, target) = &study.seen;
+        let light = judge::field_of(&seen.image);
+        let note = format!(
+            "{}. SSIM {:.3}, relative RMS {:.3}. {}, {}.",
+            capital(seen_in_words(seen.metrics.ssim).1),
+            seen.metrics.ssim,
+            seen.metrics.rel_rms,
+            capital(&study.mill.done_in_words()),
+            study.light
+        );
+        let lights = study.verdict.concerns().iter().map(|Concern { question, answer, says }| TrafficLight {
+            question: (*question).to_owned(),
+            answer: signal(*answer),
+            says: (self.in_flags)(says),
+        });
+        let page = ReadySheet {
+            answer: signal(study.verdict.answer()),
+            says: (self.in_flags)(&study.verdict.in_words()),
+            lights: lights.collect(),
+            pictures: vec![
+                target_view(&judge::field_of(target), self.exposure),
+                light_view("What the eye will get", &light, self.exposure, note),
+            ],
+            drawing: dimensioned_drawing(&study.solid, &piece.bench, &study.order.notes()),
+            facts: self.facts(),
+            title: self.title,
+            files: self.files,
+            command: self.command,
+            program: program(),
+        };
+        write_ready_sheet(path, &page).map_err(Failure::writing)
+    }
+
+    fn facts(&self) -> Vec<Facts> {
+        let (study, shop) = (self.study, self.shop);
+        let order = &study.order;
+        let cost = &study.mill.cost;
+        let polish = match shop.polish.sigma_mm() {
+            sigma if sigma > 0.0 => format!("as strong as a blur of {} mm (standard deviation)", mm(sigma)),
+            _ => "none".to_owned(),
+        };
+        let mut work = vec![
+            row("Finishing cutter", shop.cutter.in_words()),
+            row("Step-over", format!("{} mm, {} rows along {}", mm(shop.step_over_mm), cost.rows, study.mill.pass.direction)),
+            row(
+                "Time",
+                format!(
+                    "{:.0} min for {:.1} m at {} per minute, without roughing and acceleration",
+                    cost.minutes(self.feed.mm),
+                    1e-3 * cost.length_mm,
+                    self.feed
+                ),
+            ),
+            row("Polish", polish),
+        ];
+        if let Some((scallop, thrown_mm)) = &study.mill.scallop {
+            let scallop = format!("{:.2} µm high before the polish, throw light {thrown_mm:.2} mm", 1e3 * scallop.height_mm);
+            work.push(row("Scallops", scallop));
+        }
+        let stock = vec![
+            row("Material", order.material.clone()),
+            row("Sheet", order.sheet_in_words()),
+            row("Saw to", format!("{} × {} mm", order.sawn_mm.x, order.sawn_mm.y)),
+            row("Finished block", format!("{} × {} × {} mm", mm(order.block_mm.x), mm(order.block_mm.y), mm(order.thickness_mm))),
+            row("Face off the top", format!("{} mm, or what the sheet has too much", mm(order.facing_mm))),
+        ];
+        let arrival = vec![
+            row("Thickness", format!("nowhere below {:.2} mm, else send it back", order.least_mm())),
+            row("Lower face", "flat, clear and without scratches: it stays as it is, and light enters there".to_owned()),
+            row("Index", "of this batch, with a test coupon ('glasswarp coupon')".to_owned()),
+            row("Masking film", "off the upper face only".to_owned()),
+            row("After milling", format!("highest point {} mm above the lower face", mm(order.thickness_mm))),
+        ];
+        let mut faults: Vec<_> = study.faults.iter().collect();
+        let ssim = |likeness: &Option<glasswarp_verify::metrics::Likeness>| likeness.map_or(-1.0, |likeness| likeness.ssim);
+        faults.sort_by(|(_, a), (_, b)| ssim(a).total_cmp(&ssim(b)));
+        let faults = faults.into_iter().take(MOST_FAULTS).map(|(name, likeness)| {
+            let says = match likeness {
+                Some(likeness) => format!("SSIM {:.3}: {}", likeness.ssim, seen_in_words(likeness.ssim).1),
+                None => "no picture at all".to_owned(),
+            };
+            row(name, says)
+        });
+        vec![
+            Facts { title: "Stock to order".into(), rows: stock },
+            Facts { title: "Work".into(), rows: work },
+            Facts { title: "Measure on arrival".into(), rows: arrival },
+            Facts { title: "If something is off".into(), rows: faults.collect() },
+        ]
+    }
+}
+
+/// A sentence's first letter.
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
