@@ -9,6 +9,8 @@ pub struct Material {
     pub description: &'static str,
     /// Refractive index at the yellow d line (587.6 nm) against air.
     pub ior: f64,
+    /// Where the index is from.
+    pub source: &'static str,
     /// How the index follows the wavelength, where that has been published.
     pub dispersion: Option<Dispersion>,
 }
@@ -56,19 +58,84 @@ impl Material {
 /// The materials known by name. Indices are the usual catalogue values; batches differ by some
 /// units of the third decimal.
 pub const MATERIALS: &[Material] = &[
-    Material { name: "pmma", description: "cast acrylic, Plexiglas, Perspex", ior: 1.49, dispersion: Some(PMMA) },
-    Material { name: "polycarbonate", description: "Makrolon, Lexan", ior: 1.585, dispersion: Some(POLYCARBONATE) },
-    Material { name: "polystyrene", description: "clear polystyrene", ior: 1.59, dispersion: Some(POLYSTYRENE) },
-    Material { name: "petg", description: "Vivak", ior: 1.57, dispersion: None },
-    Material { name: "bk7", description: "Schott N-BK7 optical crown glass", ior: 1.5168, dispersion: Some(BK7) },
-    Material { name: "soda-lime", description: "float or window glass", ior: 1.523, dispersion: Some(SODA_LIME) },
+    Material {
+        name: "pmma",
+        description: "cast acrylic, Plexiglas, Perspex, acrylic glass",
+        ior: 1.49,
+        source: "data sheets of cast sheets (ISO 489)",
+        dispersion: Some(PMMA),
+    },
+    Material {
+        name: "polycarbonate",
+        description: "polycarbonate, Makrolon, Lexan",
+        ior: 1.585,
+        source: "data sheets (ISO 489)",
+        dispersion: Some(POLYCARBONATE),
+    },
+    Material {
+        name: "polystyrene",
+        description: "clear polystyrene",
+        ior: 1.59,
+        source: "data sheets (ISO 489)",
+        dispersion: Some(POLYSTYRENE),
+    },
+    Material { name: "petg", description: "PETG, Vivak", ior: 1.57, source: "data sheets (ISO 489)", dispersion: None },
+    Material {
+        name: "sla-clear",
+        description: "clear printing resin, SLA or DLP; 1.505 to 1.52 by brand and cure",
+        ior: 1.513,
+        source: "two resins measured in Optical Materials Express 11, 3392 (2021)",
+        dispersion: None,
+    },
+    Material {
+        name: "cr39",
+        description: "CR-39, the resin of spectacle lenses",
+        ior: 1.498,
+        source: "makers of lenses",
+        dispersion: None,
+    },
+    Material {
+        name: "bk7",
+        description: "optical crown glass, Schott N-BK7",
+        ior: 1.5168,
+        source: "Schott's catalogue",
+        dispersion: Some(BK7),
+    },
+    Material {
+        name: "soda-lime",
+        description: "window glass, float glass",
+        ior: 1.523,
+        source: "Rubin, Solar Energy Materials 12, 275 (1985)",
+        dispersion: Some(SODA_LIME),
+    },
+    Material {
+        name: "b270",
+        description: "clear crown glass, Schott B 270",
+        ior: 1.523,
+        source: "Schott's data sheet",
+        dispersion: None,
+    },
+    Material {
+        name: "borosilicate",
+        description: "borosilicate glass 3.3, Borofloat, Pyrex, Duran",
+        ior: 1.4714,
+        source: "Schott's data sheet of Borofloat 33",
+        dispersion: None,
+    },
     Material {
         name: "fused-silica",
         description: "synthetic quartz glass",
         ior: 1.4585,
+        source: "Malitson (1965)",
         dispersion: Some(FUSED_SILICA),
     },
-    Material { name: "water", description: "at 20 degrees Celsius", ior: 1.3330, dispersion: Some(WATER) },
+    Material {
+        name: "water",
+        description: "water at 20 degrees Celsius",
+        ior: 1.3330,
+        source: "Daimon and Masumura (2007)",
+        dispersion: Some(WATER),
+    },
 ];
 
 /// What blocks are made of unless something else is said: what most of them are cut from.
@@ -107,6 +174,18 @@ pub fn by_name(name: &str) -> Option<&'static Material> {
     MATERIALS.iter().find(|material| material.name.eq_ignore_ascii_case(name))
 }
 
+/// The materials that may have been meant by a word: those of whose description it is a part, or
+/// begins a part.
+pub fn meant_by(word: &str) -> impl Iterator<Item = &'static Material> {
+    let word = word.to_lowercase();
+    let is_meant = move |material: &&Material| {
+        let description = material.description.to_lowercase();
+        let mut words = description.split(|c: char| !c.is_alphanumeric());
+        word.chars().count() > 2 && words.any(|part| part.starts_with(&word))
+    };
+    MATERIALS.iter().filter(is_meant)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,5 +217,15 @@ mod tests {
             let abbe = (material.ior - 1.0) / (at(486.1) - at(656.3));
             assert!((abbe - wanted).abs() < tolerance, "{name}: {abbe}");
         }
+    }
+
+    #[test]
+    fn materials_are_known_by_what_people_call_them() {
+        let names = |word: &str| meant_by(word).map(|material| material.name).collect::<Vec<_>>();
+        assert_eq!(names("acrylic"), ["pmma"]);
+        assert_eq!(names("Plexi"), ["pmma"]);
+        assert_eq!(names("resin"), ["sla-clear", "cr39"]);
+        assert!(names("glas").contains(&"soda-lime") && names("glas").contains(&"bk7"));
+        assert!(names("x").is_empty() && names("").is_empty());
     }
 }

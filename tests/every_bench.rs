@@ -129,7 +129,8 @@ impl Bench {
 
     fn tolerances(&self, figures: &mut Figures) {
         let stem = &self.stem;
-        let checked = self.json(&format!("check {stem}.stl --tolerance --light 0.53 --pixels 64"), &[FINE, SHORT]);
+        let checked =
+            self.json(&format!("check {stem}.stl --tolerance --source-size 0.53deg --pixels 64"), &[FINE, SHORT]);
         let lines = checked["result"]["lines"].as_array().unwrap();
         let light = lines.iter().find(|line| line["what"] == "light").unwrap();
         assert!(light["passed"] == true, "{stem}: {light}");

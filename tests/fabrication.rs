@@ -203,7 +203,7 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
     for (flags, line) in [
         ("--cutter ball:14mm --step-over 0.05mm --polish 0.1mm --max-blur 0.001um", None),
         ("--step-over 0.4mm", Some("FAIL  scallops")),
-        ("--polish 0.1mm --max-slope 0.5", Some("FAIL  slope")),
+        ("--polish 0.1mm --max-slope 0.5deg", Some("FAIL  slope")),
         ("--polish 0.1mm --thickness 3mm", Some("FAIL  thickness")),
         ("--polish 0.1mm --min-thickness 14mm", Some("FAIL  thickness")),
         ("--polish 0.1mm --ior 12", None),
@@ -220,7 +220,7 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
     // What fails says what would do.
     for (flags, words) in [
         ("--cutter flat:d6mm", &["--cutter ball:d6mm would do", "with --step-over"][..]),
-        ("--polish 0.1mm --max-slope 0.5", &["a design with --distance"][..]),
+        ("--polish 0.1mm --max-slope 0.5deg", &["a design with --distance"][..]),
         ("--polish 0.1mm --thickness 3mm", &["a stock of"][..]),
         ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"][..]),
         ("--polish 0.1mm --max-blur 0.02mm", &["a design with --nodes", "or a STEP", "um in the CAM program"][..]),
@@ -287,8 +287,7 @@ fn the_wall_of_a_rim_keeps_a_cutter_from_the_face() {
 fn tolerances_are_traced_and_the_focus_is_found() {
     let workshop = Workshop::new();
     block(&workshop, "");
-    let line =
-        "check block.stl --polish 0.1mm --tolerance --light 0.53 --pixels 48 --distance-off 4mm -o tolerance.png";
+    let line = "check block.stl --polish 0.1mm --tolerance --source-size 0.53deg --pixels 48 --distance-off 4mm -o tolerance.png";
     let outcome = workshop.run(line);
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
     let error = |name: &str| row(&outcome.out, name)[0];
@@ -310,10 +309,10 @@ fn tolerances_are_traced_and_the_focus_is_found() {
         let error: f64 = line.split_whitespace().last().unwrap().parse().unwrap();
         assert!((error - limit).abs() < 0.1 * limit + 2e-4, "{distance}: {error} for {limit}");
     }
-    let impossible =
-        workshop.run("check block.stl --polish 0.1mm --tolerance --light 0.53 --pixels 48 --focus-error 0.00001");
+    let impossible = workshop
+        .run("check block.stl --polish 0.1mm --tolerance --source-size 0.53deg --pixels 48 --focus-error 0.00001");
     assert!(impossible.code == SHORT && impossible.err.contains("--focus-error"), "{}", impossible.err);
-    workshop.refuses("check block.stl --tolerance --tilt 80", REFUSED, &["--tilt", "80"]);
+    workshop.refuses("check block.stl --tolerance --tilt-off 80deg", REFUSED, &["--tilt-off", "80"]);
 }
 
 #[test]

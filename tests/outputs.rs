@@ -29,7 +29,7 @@ fn every_command_repeats_itself_and_replaces_nothing_of_anybody_else() {
         ("verify b.stl --photons 20000 --pixels 16 --tally t.exr", &["t.exr"]),
         ("verify b.stl --sweep distance=200..300 --steps 2 --pixels 16 -o s.csv -o s.png", &["s.csv", "s.png"]),
         ("verify merge t.exr --tally m.exr -o m.png", &["m.exr", "m.png"]),
-        ("check b.stl --max-slope 80 --cutter ball:0.1mm --step-over 0.01mm -o c.png", &["c.png"]),
+        ("check b.stl --max-slope 80deg --cutter ball:0.1mm --step-over 0.01mm -o c.png", &["c.png"]),
         (
             "mill b.stl --step-over 2mm --polish 2mm --pixels 16 -o w.stl -o w.obj -o w.png --report w.html",
             &["w.stl", "w.obj", "w.png", "w.html", "w.toml"],

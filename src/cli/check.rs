@@ -14,7 +14,7 @@ use crate::{
     irradiance::Transfer,
     record::document,
     report::{self, Exposure, pages::maps},
-    spec::{self, Length},
+    spec::{self, Angle, Length, SourceName},
     study::{
         bench::{exit_face_in_words, exit_face_of},
         check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
@@ -61,9 +61,9 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0mm", allow_hyphen_values = true)]
     polish: Length,
 
-    /// Steepest slope that the shop cuts, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
-    max_slope: f64,
+    /// Steepest slope that the shop cuts
+    #[arg(long, value_name = "ANGLE", default_value = "45deg", allow_hyphen_values = true)]
+    max_slope: Angle,
 
     /// Furthest that scallops or facets may throw light from its place on the receiver [default:
     /// 0.5 % of the block's width]
@@ -109,22 +109,36 @@ struct ToleranceArgs {
     #[arg(long, value_name = "LENGTH", default_value = "5mm", help_heading = "Tolerances", requires = "tolerance")]
     distance_off: Length,
 
-    /// The block is turned by this about x and about y, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 1.0, help_heading = "Tolerances", requires = "tolerance")]
-    tilt: f64,
+    /// The block is turned by this about x and about y
+    #[arg(
+        long,
+        value_name = "ANGLE",
+        default_value = "1deg",
+        help_heading = "Tolerances",
+        requires = "tolerance",
+        allow_hyphen_values = true
+    )]
+    tilt_off: Angle,
 
-    /// Form error of low order (power, astigmatism), peak to valley over the block, micrometres
-    #[arg(long, value_name = "UM", default_value_t = 50.0, help_heading = "Tolerances", requires = "tolerance")]
-    form_error: f64,
+    /// Form error of low order (power, astigmatism), peak to valley over the block
+    #[arg(
+        long,
+        value_name = "LENGTH",
+        default_value = "50um",
+        help_heading = "Tolerances",
+        requires = "tolerance",
+        allow_hyphen_values = true
+    )]
+    form_error: Length,
 
     /// The stock is thicker by this, and the receiver stands at its distance from the entry face
     #[arg(long, value_name = "LENGTH", default_value = "0.5mm", help_heading = "Tolerances", requires = "tolerance")]
     thickness_off: Length,
 
-    /// Angular diameter of the light as seen from the block, degrees: the sun has 0.53, a torch of
-    /// 20 mm a metre away 1.15. May be given several times
-    #[arg(long, value_name = "DEGREES", default_values_t = [0.53, 1.15], help_heading = "Tolerances", requires = "tolerance")]
-    light: Vec<f64>,
+    /// Angular diameter of the light as seen from the block: sun (0.53deg), or 1.15deg for a torch
+    /// of 20 mm a metre away. May be given several times [default: sun and 1.15deg]
+    #[arg(long, value_name = "SIZE", help_heading = "Tolerances", requires = "tolerance", allow_hyphen_values = true)]
+    source_size: Vec<SourceName>,
 
     /// The relative RMS error up to which a picture counts as in focus [default: twice that of the
     /// block]
@@ -133,16 +147,26 @@ struct ToleranceArgs {
 }
 
 impl ToleranceArgs {
-    fn tolerances(&self) -> Tolerances {
-        Tolerances {
+    fn tolerances(&self) -> Result<Tolerances, Failure> {
+        let degrees = |source: &SourceName| match source {
+            SourceName::Angle(angle) => Ok(angle.deg),
+            other => Err(Failure::Usage(format!(
+                "--source-size {other}: the light of a tolerance has an angular diameter as seen from the block, such as sun or 0.5deg"
+            ))),
+        };
+        let usual = Tolerances::default();
+        Ok(Tolerances {
             index: self.index_off,
             distance_mm: self.distance_off.mm,
-            tilt_degrees: self.tilt,
-            form_error_um: self.form_error,
+            tilt_degrees: self.tilt_off.deg,
+            form_error_um: 1e3 * self.form_error.mm,
             thickness_mm: self.thickness_off.mm,
-            light_degrees: self.light.clone(),
+            light_degrees: match self.source_size.as_slice() {
+                [] => usual.light_degrees,
+                given => given.iter().map(degrees).collect::<Result<_, _>>()?,
+            },
             focus_error: self.focus_error,
-        }
+        })
     }
 }
 
@@ -152,13 +176,13 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     }
     let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().map(PathBuf::as_path), args.output.clone())?;
-    let tolerances = args.tolerance.tolerances();
+    let tolerances = args.tolerance.tolerances()?;
     tolerances.check()?;
     let shop = Shop {
         cutter: args.cutter,
         step_over_mm: args.step_over.mm,
         polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
-        steepest_degrees: args.max_slope,
+        steepest_degrees: args.max_slope.deg,
         most_blur_mm: args.max_blur.map(|length| length.mm),
         thickness_mm: args.thickness.map(|length| length.mm),
         facing_mm: args.facing.mm,

@@ -34,6 +34,7 @@ use crate::{
     study::{
         bench::{bench_document, exit_face_in_words, receiver_in_words},
         budget::BudgetStep,
+        check::FaceForm,
         design::Plan,
         finish::Finished,
         imperfect::ImperfectView,
@@ -43,6 +44,7 @@ use crate::{
         verification::{DesignVerification, Seen},
     },
 };
+use glasswarp_verify::load;
 use image::GrayImage;
 use std::{
     collections::BTreeSet,
@@ -83,10 +85,19 @@ pub(crate) struct DesignArgs {
     #[command(flatten)]
     memory: MemoryArgs,
 
-    /// Do not trace the exported file; draw only where the solver itself expects the light to be
-    /// wrong
+    /// Do not trace the exported file; of the pictures, draw only where the solver itself expects
+    /// the light to be wrong
     #[arg(long)]
     no_verify: bool,
+
+    /// Write the pictures of the report as files too, beside the first file: panel, caustic,
+    /// difference, budget, contours, drawing (.png)
+    #[arg(long)]
+    pictures: bool,
+
+    /// Write everything into this folder, which is made if it is not there, with all pictures
+    #[arg(long, value_name = "DIR")]
+    out_dir: Option<PathBuf>,
 
     /// The report, a page of HTML for the people who will make the block [default: beside the first
     /// file, .report.html]
@@ -100,7 +111,7 @@ pub(crate) struct DesignArgs {
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
-    let Task { plan, outputs, report } = task(args, &progress)?;
+    let Task { plan, outputs, report, with_pictures } = task(args, &progress)?;
     // First of all, since they may change what is wanted.
     progress.finish();
     plan.warnings().iter().for_each(console::warn);
@@ -146,6 +157,9 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     };
     progress.begin("drawing", 0);
     let draw = || {
+        if !with_pictures {
+            return Ok(Vec::new());
+        }
         let write = |kind: &'static str, picture: &GrayImage| write_picture(&outputs[0], kind, picture);
         match &verification {
             Some(verification) => pages::design::draw(&plan, verification, &drawings, write),
@@ -226,7 +240,7 @@ pub(super) fn demand(
 ) -> Result<(), Failure> {
     judgement.demand_agreement()?;
     let (error, when) = match (imperfect, finished, &judgement.picture) {
-        (Some(view), ..) => (view.likeness.rel_rms, " in the light that there is"),
+        (Some(view), ..) => (view.likeness().rel_rms, " in the light that there is"),
         (None, Some(finished), _) => (finished.view.metrics.rel_rms, " after the finish"),
         (None, None, Some(verdict)) => (verdict.metrics.rel_rms, ""),
         (None, None, None) => return Ok(()),
@@ -249,9 +263,16 @@ struct Task {
     plan: Plan,
     outputs: Vec<PathBuf>,
     report: Option<PathBuf>,
+    with_pictures: bool,
 }
 
 fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure> {
+    let named = args.picture.display();
+    if load::Format::from_path(&args.picture).is_ok_and(|format| FaceForm::of_file(format) != FaceForm::Heights) {
+        return Err(Failure::Usage(format!(
+            "{named} is a block and no picture: 'glasswarp verify {named}' judges it, 'glasswarp ready {named}' asks whether to make it"
+        )));
+    }
     let (settings, picture) = spec::settings(&args.picture, &args.settings, &Machine)?;
     let outputs =
         if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
@@ -261,10 +282,19 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
     for map in &args.height_map {
         HeightMapFormat::from_path(map).map_err(Failure::refused)?;
     }
-    let outputs = [outputs, args.height_map.clone()].concat();
-    let report = report_files::path(args.report.as_deref(), args.no_report, &outputs[0])?;
+    let into = |path: &PathBuf| args.out_dir.as_ref().map_or_else(|| path.clone(), |folder| folder.join(path));
+    let outputs: Vec<PathBuf> = outputs.iter().chain(&args.height_map).map(into).collect();
+    let report = args.report.as_ref().map(into);
+    let report = report_files::path(report.as_deref(), args.no_report, &outputs[0])?;
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
-    let derived = files::derived(&outputs, &settings, !args.no_verify);
+    let with_pictures = args.pictures || args.out_dir.is_some();
+    let derived = files::derived(&outputs, &settings, (!args.no_verify, with_pictures));
+    if let Some(folder) = &args.out_dir {
+        std::fs::create_dir_all(folder).map_err(|source| Failure::Io {
+            what: format!("the folder {} cannot be made", folder.display()),
+            source: source.into(),
+        })?;
+    }
     let written = outputs.iter().cloned().chain(derived).chain(report.clone());
     outputs::plan(inputs.into_iter().chain(settings.files()), written)?;
     let plan = Plan::new(picture, settings, &Machine, progress).map_err(|failure| placed(failure, &args.picture))?;
@@ -272,7 +302,7 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
     }
-    Ok(Task { plan, outputs, report })
+    Ok(Task { plan, outputs, report, with_pictures })
 }
 
 /// A refusal with the lines of the design file that it speaks of, if `named` is one.
@@ -323,7 +353,8 @@ fn print_for_maker(
     say!("  order    {}", StockOrder::of_design(&block.solid, &plan.settings).in_words());
     let faults = verification.map(|verification| verification.faults.as_slice()).unwrap_or_default();
     if !faults.is_empty() {
-        let faults: Vec<_> = faults.iter().map(|fault| format!("{} makes it {:.3}", fault.name, fault.rel_rms)).collect();
+        let faults: Vec<_> =
+            faults.iter().map(|fault| format!("{} makes it {:.3}", fault.name, fault.rel_rms)).collect();
         say!("  watch    relative RMS: {}", faults.join(", "));
     }
 }

@@ -70,15 +70,20 @@ impl First<'_> {
 }
 
 /// What is written besides the outputs themselves and the report: side files, masks of height maps,
-/// and pictures.
-pub(crate) fn derived(outputs: &[PathBuf], settings: &Settings, verified: bool) -> BTreeSet<PathBuf> {
+/// and pictures if they are asked for.
+pub(crate) fn derived(
+    outputs: &[PathBuf],
+    settings: &Settings,
+    (verified, with_pictures): (bool, bool),
+) -> BTreeSet<PathBuf> {
     let side_files = outputs.iter().map(|output| side_files::path_beside(output));
     let has_masks = settings.outline.is_some_and(|outline| outline.0 != Outline::Rectangle);
     let masks = outputs
         .iter()
         .filter(|output| has_masks && HeightMapFormat::from_path(output).is_ok())
         .map(|output| mask_of(output));
-    let pictures = pictures(settings, verified).into_iter().map(|kind| picture_of(&outputs[0], kind));
+    let pictures = if with_pictures { pictures(settings, verified) } else { Vec::new() };
+    let pictures = pictures.into_iter().map(|kind| picture_of(&outputs[0], kind));
     side_files.chain(masks).chain(pictures).collect()
 }
 

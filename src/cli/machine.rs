@@ -37,11 +37,24 @@ pub(super) fn read_bare_mesh(path: &Path) -> Result<Mesh, Failure> {
 
 fn read_by(read: impl Fn(&Path) -> Result<Mesh, LoadError>, path: &Path) -> Result<Mesh, Failure> {
     let _span = tracing::info_span!("read back", file = %path.display()).entered();
+    if ["jpg", "jpeg", "webp", "gif", "bmp", "svg", "tif", "tiff"].iter().any(|kind| has_extension(path, kind)) {
+        let path = path.display();
+        return Err(Failure::Usage(format!(
+            "{path} is a picture and no block: 'glasswarp design {path}' makes one of it"
+        )));
+    }
     read(path).map_err(|error| {
         let what = format!("{} is no readable mesh", path.display());
         match error {
             LoadError::Read { .. } => Failure::Io { what, source: error.into() },
             LoadError::UnknownExtension { .. } => Failure::refused(error),
+            _ if has_extension(path, "png") => Failure::InvalidMesh {
+                what: format!(
+                    "{0} is neither a block nor a height map; if it is a picture, 'glasswarp design {0}' makes a block of it",
+                    path.display()
+                ),
+                source: Some(error.into()),
+            },
             _ => Failure::InvalidMesh { what, source: Some(error.into()) },
         }
     })

@@ -23,7 +23,7 @@ use crate::{
             maps,
         },
     },
-    spec::{CutterList, Host, Length},
+    spec::{CutterList, Feed, Host, Length},
     study::{
         bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
@@ -70,9 +70,9 @@ pub(crate) struct MillArgs {
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
     polish: Option<Length>,
 
-    /// Feed of the cutter, per minute: gives the time
-    #[arg(long, value_name = "LENGTH", default_value = "2000mm", allow_hyphen_values = true)]
-    feed: Length,
+    /// Feed of the cutter: gives the time
+    #[arg(long, value_name = "FEED", default_value = "2000mm/min", allow_hyphen_values = true)]
+    feed: Feed,
 
     /// Find the cheapest cutter and step-over of a list (TOML) that keep to --want-error
     #[arg(long, value_name = "FILE", requires = "want_error", help_heading = "Choosing a cutter")]
@@ -114,9 +114,6 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     let lists = args.cutters.iter().chain(&inputs).map(PathBuf::as_path);
     outputs::plan(lists, args.output.iter().cloned().chain(side_files).chain(report.clone()))?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
-    if args.feed.mm.is_nan() || args.feed.mm <= 0.0 {
-        return Err(Failure::Usage(format!("the feed is {} per minute; it must be above 0 mm", args.feed)));
-    }
     let progress = TerminalProgress::new();
     let piece = open_workpiece(&args.block, args.bench.as_deref(), (None, None), args.pixels as usize, &progress)?;
     let pass = match (&args.cutters, args.want_error) {
@@ -152,7 +149,8 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         let name = args.block.display().to_string();
         let record = file_record(&args.block, None)?;
         let file = ReportedFile { name: &name, title: stem(&args.block), record, command: command() };
-        FoundPage::of_milling(file, &piece, (&study, &verdict, with_flags), args.feed, exposure(&piece))?.write(path)?;
+        FoundPage::of_milling(file, &piece, (&study, &verdict, with_flags), args.feed, exposure(&piece))?
+            .write(path)?;
         say!("\n  report         {}", path.display());
     }
     console::result(document::Result::Mill(document::Mill {
@@ -162,7 +160,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         step_over_mm: pass.step_over_mm,
         rows: study.cost.rows,
         length_mm: study.cost.length_mm,
-        minutes: study.cost.minutes(args.feed.mm),
+        minutes: study.cost.minutes(args.feed.mm_per_minute),
         steps: study.steps.iter().map(MillStep::document).collect(),
         files: document::texts(&args.output),
     }));
@@ -212,11 +210,11 @@ fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
     );
     let cost = &study.cost;
     say!(
-        "  rows           {} along {}, {:.1} m in all, {:.0} min at {} per minute (without acceleration)",
+        "  rows           {} along {}, {:.1} m in all, {:.0} min at {} (without acceleration)",
         cost.rows,
         study.pass.direction,
         1e-3 * cost.length_mm,
-        cost.minutes(args.feed.mm),
+        cost.minutes(args.feed.mm_per_minute),
         args.feed
     );
     if let Some((scallop, deflection_mm)) = &study.scallop {

@@ -36,7 +36,7 @@ Example:
   glasswarp verify portrait.stl --target portrait.png";
 
 const CLOSING: &str = "\
-Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,
+Lengths take um, mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,
 2 refused: senseless or against physics, 3 a check or verification fell short, 4 no closed solid.";
 
 const TEMPLATE: &str = "\
@@ -175,14 +175,15 @@ pub fn run() -> ExitCode {
 }
 
 fn materials() {
-    say!("{:<14} {:>7}  description", "name", "index");
+    say!("{:<14} {:>7}  {:<66}  source", "name", "index", "description");
     let mut list = Vec::new();
     for material in crate::materials::MATERIALS {
-        say!("{:<14} {:>7}  {}", material.name, material.ior, material.description);
+        say!("{:<14} {:>7}  {:<66}  {}", material.name, material.ior, material.description, material.source);
         list.push(document::Material {
             name: material.name.to_owned(),
             ior: material.ior,
             description: material.description.to_owned(),
+            source: material.source.to_owned(),
         });
     }
     console::result(document::Result::Materials(document::Materials { materials: list }));

@@ -7,7 +7,7 @@ use crate::{
     study::{
         budget::{BudgetStep, Traced},
         finish::Finished,
-        imperfect::{ImperfectView, spread_in_words},
+        imperfect::{ImperfectView, SpreadPhotons, spread_in_words},
         judge::{Judgement, PictureJudgement},
         requirements::Requirements,
     },
@@ -100,16 +100,21 @@ pub(super) fn finished(finished: &Finished) {
 pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
     let light = spread_in_words(settings);
     say!("\nIn the light that there is ({light}; {} x {} pixels)", view.image.nx, view.image.ny);
-    match view.error {
-        Some(error) => say!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error()),
+    match &view.photons {
+        Some(SpreadPhotons { error, .. }) => {
+            say!("  relative RMS   {:.4} +- {:.4}", error.rel_rms(), error.rel_rms_error());
+        }
         None => say!("  relative RMS   {:.4}", view.likeness.rel_rms),
     }
-    say!("  SSIM           {:.4}", view.likeness.ssim);
-    if view.photons > 0 {
+    say!("  SSIM           {:.4} (of the beams' light, spread on the receiver)", view.likeness.ssim);
+    if let Some(photons) = &view.photons {
+        let word = if photons.confirm() { "confirm" } else { "DO NOT confirm" };
         say!(
-            "  photons        {:.1} million; their noise, {:.3} of the mean, is taken off both figures",
-            view.photons as f64 / 1e6,
-            view.noise
+            "  photons        {:.1} million {word} that spread: relative RMS {:.4} +- {:.4} apart, less their noise of {:.3} of the mean",
+            photons.count as f64 / 1e6,
+            photons.between.rel_rms(),
+            photons.between.rel_rms_error(),
+            photons.noise
         );
     }
 }

@@ -17,7 +17,7 @@ use crate::{
     failure::Failure,
     record::document,
     report::pages::ready::ReadyPage,
-    spec::{Length, SourceName},
+    spec::{Angle, Feed, Length, SourceName},
     study::{
         check::{FaceForm, Makeable, Shop},
         placement::Placing,
@@ -63,13 +63,13 @@ pub(crate) struct ReadyArgs {
     #[arg(long, alias = "light", value_name = "SIZE", allow_hyphen_values = true)]
     source_size: Option<SourceName>,
 
-    /// Feed of the cutter, per minute: gives the time
-    #[arg(long, value_name = "LENGTH", default_value = "2000mm", allow_hyphen_values = true)]
-    feed: Length,
+    /// Feed of the cutter: gives the time
+    #[arg(long, value_name = "FEED", default_value = "2000mm/min", allow_hyphen_values = true)]
+    feed: Feed,
 
-    /// Steepest slope that the shop cuts, degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = 45.0)]
-    max_slope: f64,
+    /// Steepest slope that the shop cuts
+    #[arg(long, value_name = "ANGLE", default_value = "45deg", allow_hyphen_values = true)]
+    max_slope: Angle,
 
     /// Least thickness that the block may have
     #[arg(long, value_name = "LENGTH", default_value = "3mm")]
@@ -99,7 +99,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
             cutter: args.cutter,
             step_over_mm: args.step_over.mm,
             polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
-            steepest_degrees: args.max_slope,
+            steepest_degrees: args.max_slope.deg,
             most_blur_mm: None,
             thickness_mm: None,
             facing_mm: side.design.facing.map_or(0.0, |facing| facing.mm),
@@ -138,7 +138,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         verdict: study.verdict.document(with_flags),
         rel_rms: document::finite(study.seen.0.metrics.rel_rms),
         ssim: document::finite(study.seen.0.metrics.ssim),
-        minutes: study.mill.cost.minutes(args.feed.mm),
+        minutes: study.mill.cost.minutes(args.feed.mm_per_minute),
         sheet_mm: study.order.sheet_mm,
         sawn_mm: study.order.sawn_mm.to_array(),
         files: vec![sheet.display().to_string()],

@@ -254,10 +254,12 @@ records! {
         rel_rms: Option<f64>,
         /// Its standard error; null without photons.
         rel_rms_error: Option<f64>,
-        /// Structural similarity.
+        /// Structural similarity, of the beams' light spread on the receiver.
         ssim: Option<f64>,
         /// Photons traced.
         photons: u64,
+        /// Relative RMS difference between the images by photons and by the beams' light spread on the receiver, less the noise.
+        photons_differ: Option<f64>,
     }
     /// White light.
     White {
@@ -472,6 +474,8 @@ records! {
         ior: f64,
         /// What it is.
         description: String,
+        /// Where the index is from.
+        source: String,
     }
     /// The presets.
     Presets {

@@ -284,7 +284,7 @@ mod tests {
     fn the_notes_name_units_sizes_and_heights_from_the_origin() {
         let rim = Some(Rim { width_mm: 5.0, rise_mm: -4.0, mark_mm: Some(3.0) });
         let solid = solid(Shape { rim, origin: Origin::Corner, ..Shape::default() });
-        let notes = notes(&solid, &glass(), 3.0).join("\n");
+        let notes = notes(&solid, &glass(), &[], 3.0).join("\n");
         let mean = -solid.entry_z_mm();
         for part in [
             "all lengths in mm",
@@ -305,7 +305,7 @@ mod tests {
     #[test]
     fn the_notes_say_where_light_comes_from_on_any_bench() {
         let solid = solid(Shape { origin: Origin::Entry, ..Shape::default() });
-        let said = |bench: Bench| notes(&solid, &bench, 3.0).join("\n");
+        let said = |bench: Bench| notes(&solid, &bench, &[], 3.0).join("\n");
         let mirror = Bench::new(solid.extent(), 250.0, ExitFace::Reflects).unwrap();
         let tilted = mirror.with_light_in_air(DVec3::new(0.0, -0.5, -(0.75_f64.sqrt()))).unwrap();
         let says = said(tilted);

@@ -22,7 +22,10 @@ mod sheet;
 mod svg;
 
 #[cfg(feature = "cli")]
-pub use html::{Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
+pub use html::{
+    Facts, FileRecord, Highlight, Model, Page, ReadySheet, Signal, TrafficLight, View, render, write_html,
+    write_ready_sheet,
+};
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]
 pub use {

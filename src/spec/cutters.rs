@@ -1,7 +1,7 @@
 //! The cutters that a shop has, as a list in TOML.
 
 use super::{
-    length::Length,
+    length::{Feed, Length},
     mistakes::{self, Known},
 };
 use crate::{fabricate::Cutter, failure::Failure};
@@ -28,8 +28,8 @@ pub struct CutterEntry {
     /// The cutter.
     #[serde(deserialize_with = "cutter")]
     pub cutter: Cutter,
-    /// Per minute.
-    pub feed: Length,
+    /// Along the rows.
+    pub feed: Feed,
     /// What is tried, if only some are wanted.
     #[serde(default)]
     pub step_overs: Vec<Length>,
@@ -43,18 +43,11 @@ impl CutterList {
     /// Reads a list from memory; `path` is its name.
     ///
     /// # Errors
-    /// Mistakes, no cutter at all, a feed that is none.
+    /// Mistakes, no cutter at all, a feed that gets nowhere.
     pub fn parse(text: &str, path: &Path) -> Result<Self, Failure> {
         let list: Self = mistakes::parse(text, path, "list of cutters", &KNOWN)?;
         if list.cutter.is_empty() {
             return Err(Failure::Usage(format!("{} names no cutter", path.display())));
-        }
-        if let Some(entry) = list.cutter.iter().find(|entry| entry.feed.mm.is_nan() || entry.feed.mm <= 0.0) {
-            return Err(Failure::Usage(format!(
-                "the feed of {} is {}; it must be above 0 mm",
-                entry.cutter.in_words(),
-                entry.feed
-            )));
         }
         Ok(list)
     }

@@ -24,6 +24,16 @@ pub enum LightName {
 read_as_text!(Emission);
 names!(LightName, "kind of light");
 
+impl LightName {
+    /// A kind of light, as a flag.
+    pub(super) fn of_flag(text: &str) -> Result<Self, String> {
+        if text.eq_ignore_ascii_case("sun") {
+            return Err("the sun is parallel light of a size: write --source-size sun".into());
+        }
+        text.parse().map_err(|error: String| format!("{error}; it is parallel or point"))
+    }
+}
+
 /// How a lamp shines: its flux per solid angle by the angle to its axis, which points at the middle
 /// of the block.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,8 @@ use super::quantity::{finite, number_and_unit, number_or_text};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::{fmt, str::FromStr};
 
-/// A length as a person writes it: `250mm`, `25cm`, `0.25m`, `9.8in`; a bare number is millimetres.
+/// A length as a person writes it: `250mm`, `25cm`, `0.25m`, `9.8in`, `50um`; a bare number is
+/// millimetres, and a decimal comma does as well.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Length {
     /// Millimetres.
@@ -18,10 +19,11 @@ impl FromStr for Length {
         let (number, unit) = number_and_unit(text, '"');
         let scale = match unit {
             "" | "mm" => 1.0,
+            "um" | "\u{b5}m" | "\u{3bc}m" => 1e-3,
             "cm" => 10.0,
             "m" => 1000.0,
             "in" | "\"" => 25.4,
-            other => return Err(format!("unknown unit '{other}'; use mm, cm, m or in (a bare number is mm)")),
+            other => return Err(format!("unknown unit '{other}'; use um, mm, cm, m or in (a bare number is mm)")),
         };
         Ok(Self { mm: finite(number)? * scale })
     }
@@ -49,6 +51,44 @@ impl<'de> Deserialize<'de> for Length {
     }
 }
 
+/// The feed of a cutter as a person writes it: `2000mm/min`, `2m/min`, `80in/min`; without a time
+/// it is that of a minute.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feed {
+    /// Millimetres per minute.
+    pub mm_per_minute: f64,
+}
+
+impl FromStr for Feed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (length, per_minute) = match text.split_once('/') {
+            None => (text, 1.0),
+            Some((length, "min")) => (length, 1.0),
+            Some((length, "s")) => (length, 60.0),
+            Some((_, time)) => return Err(format!("unknown time '{time}'; use mm/min or mm/s")),
+        };
+        let mm_per_minute = length.trim().parse::<Length>()?.mm * per_minute;
+        if mm_per_minute <= 0.0 {
+            return Err(format!("a feed of {mm_per_minute} mm/min gets nowhere"));
+        }
+        Ok(Self { mm_per_minute })
+    }
+}
+
+impl<'de> Deserialize<'de> for Feed {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        number_or_text(deserializer, "a feed such as \"2000mm/min\"", |number| number.to_string().parse())
+    }
+}
+
+impl fmt::Display for Feed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} mm/min", self.mm_per_minute)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,12 +103,26 @@ mod tests {
             ("4in", 101.6),
             ("1e2", 100.0),
             ("-5mm", -5.0),
+            ("8,5cm", 85.0),
+            ("50um", 0.05),
         ] {
             let length: Length = text.parse().unwrap();
             assert!((length.mm - mm).abs() < 1e-9, "{text} is {length}");
         }
         for text in ["", "mm", "ten", "5 furlongs", "nan", "inf", "1e999", "5mmm"] {
             assert!(text.parse::<Length>().is_err(), "{text} was taken");
+        }
+    }
+
+    #[test]
+    fn feeds_are_those_of_a_minute() {
+        for (text, mm_per_minute) in
+            [("2000mm/min", 2000.0), ("2000", 2000.0), ("2m/min", 2000.0), ("20mm/s", 1200.0), ("10in/min", 254.0)]
+        {
+            assert!((text.parse::<Feed>().unwrap().mm_per_minute - mm_per_minute).abs() < 1e-9, "{text}");
+        }
+        for text in ["0", "-5mm/min", "2m/h", "fast"] {
+            assert!(text.parse::<Feed>().is_err(), "{text}");
         }
     }
 }

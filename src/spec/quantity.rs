@@ -110,9 +110,15 @@ pub(crate) fn number_and_unit(text: &str, sign: char) -> (&str, &str) {
     (number.trim(), unit.trim())
 }
 
-/// A number that a quantity can have.
+/// A number that a quantity can have. Half of the world writes a decimal comma.
 pub(crate) fn finite(number: &str) -> Result<f64, String> {
-    match number.parse::<f64>() {
+    let with_point = match number.split_once(',') {
+        Some((whole, part)) if !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit()) && !whole.contains('.') => {
+            number.replacen(',', ".", 1)
+        }
+        _ => number.to_owned(),
+    };
+    match with_point.parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
         _ => Err(format!("'{number}' is no number")),
     }

@@ -53,7 +53,7 @@ settings! {
     preset: PresetName,
 
     /// Width of the block; its height follows the picture's aspect [default: 100mm]
-    #[arg(long, value_name = "LENGTH", help_heading = "Bench")]
+    #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     size: Length,
 
     /// From the mean plane of the exit face to the receiver [default: 250mm]
@@ -63,26 +63,26 @@ settings! {
     /// Width of the picture on the receiver, centred where the light of a flat block falls; its
     /// height follows the picture's aspect [default: as that light: for parallel light as the
     /// block]
-    #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true, hide_short_help = true)]
     window: Length,
 
     /// Move the picture on the receiver to the right and up, as seen from the block: 25mm,10mm
-    #[arg(long, value_name = "RIGHT,UP", help_heading = "Bench", allow_hyphen_values = true)]
+    #[arg(long, value_name = "RIGHT,UP", help_heading = "Bench", allow_hyphen_values = true, hide_short_help = true)]
     shift: Shift,
 
     /// Let the receiver lean: 20deg takes the picture's top further away, 20deg,90deg its right
     /// side (180 bottom, 270 left). The picture is undistorted on it; the distance is that along
     /// the axis
-    #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Bench", allow_hyphen_values = true)]
+    #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Bench", allow_hyphen_values = true, hide_short_help = true)]
     receiver_tilt: Inclination,
 
     /// The exit face is a mirror, lit from the receiver's side
     #[arg(long, value_name = "BOOL", help_heading = "Bench", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     mirror: bool,
 
-    /// What light there is [default: parallel; point, if a distance or emission of a source is
-    /// given]
-    #[arg(long, value_name = "KIND", help_heading = "Light")]
+    /// What light there is: parallel (from far away: the sun, a collimated lamp), or point (a torch,
+    /// an LED, a candle) [default: parallel; point, if a distance or emission of a source is given]
+    #[arg(long, value_name = "KIND", help_heading = "Light", value_parser = LightName::of_flag, hide_short_help = true)]
     light: LightName,
 
     /// Let the light come from the side, at this angle to the axis of the block: 30deg from the
@@ -91,26 +91,26 @@ settings! {
     tilt: Inclination,
 
     /// From a point source to the middle of the entry face, or of the mirror [default: 500mm]
-    #[arg(long, value_name = "LENGTH", help_heading = "Light", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Light", allow_hyphen_values = true, hide_short_help = true)]
     source_distance: Length,
 
     /// How a point source shines, aimed at the middle of the block: isotropic, lambertian,
     /// gaussian:12deg (half as bright there), or an IES file (.ies) [default: isotropic]
-    #[arg(long, value_name = "HOW", help_heading = "Light")]
+    #[arg(long, value_name = "HOW", help_heading = "Light", hide_short_help = true)]
     emission: Emission,
 
     /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the
     /// block and the same way round as the picture on the receiver: its unevenness is made up for
-    #[arg(long, value_name = "PICTURE", help_heading = "Light")]
+    #[arg(long, value_name = "PICTURE", help_heading = "Light", hide_short_help = true)]
     beam: PathBuf,
 
     /// Refractive index of the block [default: that of its material]
-    #[arg(long, value_name = "N", help_heading = "Bench")]
+    #[arg(long, value_name = "N", help_heading = "Bench", hide_short_help = true)]
     ior: f64,
 
     /// Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured
     /// LED [default: 587.6nm, for which catalogues give the index]
-    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench")]
+    #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", hide_short_help = true)]
     wavelength: Wavelength,
 
     /// Material of the block: pmma (cast acrylic), polycarbonate, bk7, ... ('glasswarp materials'
@@ -125,11 +125,11 @@ settings! {
 
     /// What is faced off the top of the sheet before the face is cut, because no sheet is as thick
     /// as its name: the sheet to order is that much thicker than the block [default: 0.5mm]
-    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     facing: Length,
 
     /// Least thickness that the block may have anywhere [default: 3mm]
-    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     min_thickness: Length,
 
     /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a
@@ -139,42 +139,42 @@ settings! {
 
     /// Roughness of the exit face, made up for: the standard deviation of its slope along any
     /// direction, as an angle: 0.1deg
-    #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true)]
+    #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true, hide_short_help = true)]
     roughness: Roughness,
 
     /// What else spreads the light, made up for: a linear picture of the speck that a laser through
     /// the block makes on the receiver, seen as the picture is, and the size of its pixels there:
     /// speck.png,0.05mm
-    #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light")]
+    #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light", hide_short_help = true)]
     psf: SpeckFile,
 
     /// How spread light is made up for [default: window]
-    #[arg(long, value_name = "HOW", help_heading = "Imperfect light")]
+    #[arg(long, value_name = "HOW", help_heading = "Imperfect light", hide_short_help = true)]
     deconvolution: DeconvolutionName,
 
     /// Rounds of the deconvolution, at most: fewer leave more blur and less ringing [default: 60]
-    #[arg(long, value_name = "N", help_heading = "Imperfect light")]
+    #[arg(long, value_name = "N", help_heading = "Imperfect light", hide_short_help = true)]
     deconvolution_rounds: usize,
 
     /// Draw the picture where this mesh of m x n quads lies on the receiver, folds and all: an .obj
     /// in mm, whose first face begins with the vertex for the block's corner of least x and y, and
     /// goes on along +x (warping solvers)
-    #[arg(long, value_name = "FILE", help_heading = "Bench")]
+    #[arg(long, value_name = "FILE", help_heading = "Bench", hide_short_help = true)]
     caustic_mesh: PathBuf,
 
     /// Let the exit face go on beyond the picture's light by this much, so that light from the side
     /// enters through the entry face [default: as much as the light needs]
-    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     skirt: Length,
 
     /// Outline of the block: rectangle, circle (the ellipse within its size), or rounded:10mm
     /// (radius of the corners); the picture stays whole [default: rectangle]
-    #[arg(long, value_name = "OUTLINE", help_heading = "Block")]
+    #[arg(long, value_name = "OUTLINE", help_heading = "Block", hide_short_help = true)]
     outline: OutlineName,
 
     /// Height nodes across the width of a rectangle; a face of another outline has as many in all
     /// [default: two per pixel, 257 to 1025]
-    #[arg(long, value_name = "N", help_heading = "Block")]
+    #[arg(long, value_name = "N", help_heading = "Block", hide_short_help = true)]
     nodes: usize,
 
     /// A planar rim around the exit face: WIDTH,HEIGHT, its plane HEIGHT above the highest point of
@@ -183,45 +183,45 @@ settings! {
     rim: RimSize,
 
     /// Registration mark: cut this length off the rim's corner at the picture's top left (+x, +y)
-    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     mark: Length,
 
     /// Where the coordinates of the files are counted from [default: exit]
-    #[arg(long, value_name = "PLACE", help_heading = "Block")]
+    #[arg(long, value_name = "PLACE", help_heading = "Block", hide_short_help = true)]
     origin: OriginName,
 
     /// Greatest distance of a STEP file's B-spline face from the height field, in um [default: as
     /// near as the picture needs]
-    #[arg(long, value_name = "UM", help_heading = "Block", allow_hyphen_values = true)]
+    #[arg(long, value_name = "UM", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     step_tolerance: f64,
 
     /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes
     /// [default: 0.1]
-    #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LIGHT", help_heading = "Picture", allow_hyphen_values = true, hide_short_help = true)]
     offset: f64,
 
     /// Part of the window that stays dark on every side of the picture, 0 to 0.45 [default: 0]
-    #[arg(long, value_name = "SHARE", help_heading = "Picture", allow_hyphen_values = true)]
+    #[arg(long, value_name = "SHARE", help_heading = "Picture", allow_hyphen_values = true, hide_short_help = true)]
     margin: f64,
 
     /// Darken the picture towards its border: none, circle (dark outside of the ellipse within it),
     /// or circle:0.2 (fading over this share of the radius) [default: none]
-    #[arg(long, value_name = "SHAPE", help_heading = "Picture")]
+    #[arg(long, value_name = "SHAPE", help_heading = "Picture", hide_short_help = true)]
     vignette: VignetteName,
 
     /// How numbers in the picture become light, whatever its file says [default: as its profile or
     /// chunks say, else srgb; floats and OpenEXR linear]
-    #[arg(long, value_name = "CURVE", help_heading = "Picture")]
+    #[arg(long, value_name = "CURVE", help_heading = "Picture", hide_short_help = true)]
     transfer: TransferName,
 
     /// Light behind the transparent parts of the picture: black, white or #rrggbb [default: black;
     /// white for SVG]
-    #[arg(long, value_name = "COLOUR", help_heading = "Picture")]
+    #[arg(long, value_name = "COLOUR", help_heading = "Picture", hide_short_help = true)]
     background: Background,
 
     /// The layer of an OpenEXR picture, or a single channel of it [default: the only one with
     /// colours]
-    #[arg(long, value_name = "NAME", help_heading = "Picture")]
+    #[arg(long, value_name = "NAME", help_heading = "Picture", hide_short_help = true)]
     layer: String,
 
     /// Use this part of the upright picture alone, counted from its top left corner, in pixels or
@@ -230,16 +230,16 @@ settings! {
     crop: Crop,
 
     /// Turn the picture clockwise: 90deg, 180deg or 270deg
-    #[arg(long, value_name = "ANGLE", help_heading = "Picture", allow_hyphen_values = true)]
+    #[arg(long, value_name = "ANGLE", help_heading = "Picture", allow_hyphen_values = true, hide_short_help = true)]
     rotate: Rotation,
 
     /// Mirror the picture: horizontal (left and right change places) or vertical
-    #[arg(long, value_name = "HOW", help_heading = "Picture")]
+    #[arg(long, value_name = "HOW", help_heading = "Picture", hide_short_help = true)]
     flip: Flip,
 
     /// What becomes black and what white, 0 to 1 as image editors count, and the gamma in between:
     /// 0.1,0.9 or 0.05,0.8,1.2
-    #[arg(long, value_name = "BLACK,WHITE[,GAMMA]", help_heading = "Picture", allow_hyphen_values = true)]
+    #[arg(long, value_name = "BLACK,WHITE[,GAMMA]", help_heading = "Picture", allow_hyphen_values = true, hide_short_help = true)]
     levels: Levels,
 
     /// Let dark and light change places
@@ -247,16 +247,16 @@ settings! {
     invert: bool,
 
     /// How the surface is found [default: transport]
-    #[arg(long, value_name = "NAME", help_heading = "Solver")]
+    #[arg(long, value_name = "NAME", help_heading = "Solver", hide_short_help = true)]
     solver: SolverName,
 
     /// How much work the transport solver puts in [default: normal]
-    #[arg(long, value_name = "NAME", help_heading = "Solver")]
+    #[arg(long, value_name = "NAME", help_heading = "Solver", hide_short_help = true)]
     quality: QualityName,
 
     /// Bound the curvature of the face for a cutter of this radius, at some cost in accuracy
     /// (transport solver)
-    #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true)]
+    #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true, hide_short_help = true)]
     min_radius: Length,
 
     /// Make the face such that the light is right after it has been finished: polish=0.1mm is a

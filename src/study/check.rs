@@ -134,7 +134,9 @@ impl CheckStudy {
     pub fn say(&self, shop: &Shop, verdict: &mut Verdict) {
         self.say_hard(shop, verdict);
         let soft = self.lines.iter().filter(|line| !line.passed && BLURS.contains(&line.what));
-        soft.for_each(|line| verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says)));
+        soft.for_each(|line| {
+            verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says))
+        });
     }
 
     /// The same without what blurs.
@@ -249,7 +251,7 @@ fn lines(shop: &Shop, subject: &Makeable, shape: &FaceShape) -> Result<Vec<Check
     let gentle = degrees <= shop.steepest_degrees;
     // Slopes fall as the way grows on which they throw light.
     let further_mm = subject.scene.distance_mm * slope / shop.steepest_degrees.to_radians().tan();
-    let says = format!("at most {degrees:.2} degrees, at {} (`max-slope` {})", place(at), shop.steepest_degrees);
+    let says = format!("at most {degrees:.2} degrees, at {} (`max-slope` {}deg)", place(at), shop.steepest_degrees);
     let remedy = format!(
         "; a design with `distance` {:.0}mm has about that, and so has this face in a shop that cuts {:.0} degrees",
         further_mm.ceil(),

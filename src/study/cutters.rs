@@ -94,7 +94,7 @@ pub fn cheapest(
         let best = found.map(|(step_over_mm, error)| {
             let pass = pass(step_over_mm);
             let cost = pass.cost(&piece.surface.contour());
-            TrialPass { pass, error, length_mm: cost.length_mm, minutes: cost.minutes(entry.feed.mm) }
+            TrialPass { pass, error, length_mm: cost.length_mm, minutes: cost.minutes(entry.feed.mm_per_minute) }
         });
         if let Some(best) = best.as_ref().filter(|best| chosen.is_none_or(|(least, _)| best.minutes < least)) {
             chosen = Some((best.minutes, best.pass));

@@ -286,7 +286,17 @@ impl Plan {
             block.summary.warnings.splice(0..0, known);
             block
         })
-        .map_err(Failure::refused)
+        .map_err(|error| match (&error, self.settings.distance) {
+            // Who has not said where the receiver is may not know where it stands.
+            (DesignError::Trapped { .. } | DesignError::Solve(SolveError::TotalInternalReflection { .. }), None) => {
+                Failure::Usage(format!(
+                    "{error} (`distance`, `offset`); nothing was said of the distance, and the receiver stands at {} mm, which is too near for a block {} mm wide",
+                    self.bench.distance_mm(),
+                    self.bench.block().width_mm
+                ))
+            }
+            _ => Failure::refused(error),
+        })
     }
 
     /// What the solver's memory goes by, for so many pixels and nodes along x and y.

@@ -1,8 +1,9 @@
 //! A block in the light that there is, which is not perfect.
 
 use super::{
+    bench::bench_of,
     judge::{self, Examiner, Subject},
-    requirements::open_speck,
+    requirements::psf_of,
     target_light::TargetLight,
 };
 use crate::{
@@ -12,11 +13,13 @@ use crate::{
     irradiance::{Psf, SourceSize, to_picture_order},
     light::Light,
     record::document,
-    spec::{Host, Roughness, Settings, SpeckFile},
+    spec::{Host, Length, Roughness, Settings},
 };
 use glam::DVec2;
 use glasswarp_verify::{
-    Geometry, Image, PhotonPlan, Scene, SourceExtent, UnbiasedError, metrics, metrics::Likeness, photons,
+    Geometry, Image, Optics, PhotonPlan, Scene, SourceExtent, UnbiasedError,
+    metrics::{self, Likeness},
+    photons,
 };
 
 /// The spread of a source for the verifier.
@@ -74,23 +77,42 @@ const PIXELS: usize = 256;
 
 /// The picture of a block in the light that there is.
 pub struct ImperfectView {
-    /// Irradiance on the receiver.
+    /// Irradiance on the receiver: by photons, or where these cannot, by spreading that of the
+    /// beams.
     pub image: Image,
     /// What it is compared with.
     pub target: Image,
-    /// How well it draws the picture, without the noise of the photons.
+    /// How well it draws the picture, without the noise of photons: that of the beams' light, spread
+    /// on the receiver, which the photons confirm or not.
     pub likeness: Likeness,
-    /// What the photons know of their own error; none if there are none.
-    pub error: Option<UnbiasedError>,
-    /// Of the image, in means.
-    pub noise: f64,
+    /// What photons from the source, through the rough face, see. None if they cannot.
+    pub photons: Option<SpreadPhotons>,
+}
+
+/// What photons in spread light see.
+pub struct SpreadPhotons {
     /// Photons traced.
-    pub photons: u64,
+    pub count: u64,
+    /// Of their image, in means.
+    pub noise: f64,
+    /// Their error against the picture, less their noise.
+    pub error: UnbiasedError,
+    /// How far they are from the beams' light spread on the receiver, less their noise.
+    pub between: UnbiasedError,
+}
+
+impl SpreadPhotons {
+    /// Whether they see what spreading the beams' light on the receiver makes of it, by a hundredth
+    /// or their own noise: that takes every place of the face to throw the same disc of light.
+    pub fn confirm(&self) -> bool {
+        self.between.rel_rms() <= (0.2 * self.error.rel_rms()).max(0.01) + 2.0 * self.between.rel_rms_error()
+    }
 }
 
 impl ImperfectView {
     /// Looks at a subject in spread light: by photons, from a source with a size and through a
-    /// rough face. A measured speck cannot be traced; the light is spread by it afterwards.
+    /// rough face, and by beams whose light is spread on the receiver. A measured speck cannot be
+    /// traced.
     ///
     /// `scene` is the bench in perfect light.
     pub fn of(
@@ -106,34 +128,52 @@ impl ImperfectView {
         }
         let perfect = Examiner::new(scene.clone(), Some(&target.picture), PIXELS);
         let Some(target) = perfect.target().cloned() else { return Ok(None) };
-        let (image, likeness, error, noise, count) = if settings.spread_source().is_some() || settings.roughness.is_some() {
-            let scene = spread(perfect.scene_for(subject), settings);
-            let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
-            let error = tally.error_against(&target).map_err(Failure::refused)?;
-            let likeness = tally.likeness_to(&target).map_err(Failure::refused)?;
-            (tally.image(), Some(likeness), Some(error), tally.noise(), tally.photons())
-        } else {
-            let surface = perfect.scene_for(subject).surface;
-            (perfect.trace(subject, surface, Geometry::Displaced)?.image, None, None, 0.0, 0)
-        };
-        // A speck spreads the noise too, as far as it reaches.
-        let (image, likeness, error) = match &settings.psf {
-            Some(speck) => (spread_by(&image, speck, scene, host)?, None, None),
-            None => (image, likeness, error),
-        };
-        let likeness = likeness.map_or_else(|| metrics::likeness(&image, &target).map_err(Failure::refused), Ok)?;
-        Ok(Some(Self { image, target, likeness, error, noise, photons: count }))
+        let surface = perfect.scene_for(subject).surface;
+        let sharp = perfect.trace(subject, surface, Geometry::Displaced)?.image;
+        let psf = psf_of(settings, &bench_of_scene(subject, scene, settings, host)?, perfect.pixels(), host)?;
+        let beams = psf.map_or_else(|| sharp.clone(), |psf| blurred(&sharp, &psf));
+        let likeness = metrics::likeness(&beams, &target).map_err(Failure::refused)?;
+        if settings.psf.is_some() || (settings.spread_source().is_none() && settings.roughness.is_none()) {
+            return Ok(Some(Self { image: beams, target, likeness, photons: None }));
+        }
+        let scene = spread(perfect.scene_for(subject), settings);
+        let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
+        let error = tally.error_against(&target).map_err(Failure::refused)?;
+        let between = tally.error_against(&beams).map_err(Failure::refused)?;
+        let photons = SpreadPhotons { count: tally.photons(), noise: tally.noise(), error, between };
+        Ok(Some(Self { image: tally.image(), target, likeness, photons: Some(photons) }))
+    }
+
+    /// How alike the picture is: by photons where they can tell, which take nothing for granted.
+    pub fn likeness(&self) -> Likeness {
+        let rel_rms = self.photons.as_ref().map_or(self.likeness.rel_rms, |photons| photons.error.rel_rms());
+        Likeness { rel_rms, ..self.likeness }
     }
 
     /// The same for programs.
     pub fn document(&self) -> document::Imperfect {
+        let Likeness { rel_rms, ssim } = self.likeness();
+        let photons = self.photons.as_ref();
         document::Imperfect {
-            rel_rms: document::finite(self.likeness.rel_rms),
-            rel_rms_error: self.error.and_then(|error| document::finite(error.rel_rms_error())),
-            ssim: document::finite(self.likeness.ssim),
-            photons: self.photons,
+            rel_rms: document::finite(rel_rms),
+            rel_rms_error: photons.and_then(|photons| document::finite(photons.error.rel_rms_error())),
+            ssim: document::finite(ssim),
+            photons: photons.map_or(0, |photons| photons.count),
+            photons_differ: photons.and_then(|photons| document::finite(photons.between.rel_rms())),
         }
     }
+}
+
+/// The bench of a scene as the designer has it, for the spread of its light.
+fn bench_of_scene(subject: &Subject, scene: &Scene, settings: &Settings, host: &dyn Host) -> Result<Bench, Failure> {
+    let (ior, material) = match scene.optics {
+        Optics::Refracts { ior } => (Some(ior), None),
+        Optics::Reflects => (None, None),
+    };
+    let settings = Settings { distance: Some(Length { mm: scene.distance_mm }), ior, material, ..settings.clone() };
+    let window = scene.window.size_mm;
+    let bench = bench_of(&settings, window.y / window.x, -subject.entry_z_mm(), host)?;
+    bench.with_window(Extent::new(window.x, window.y), scene.window.centre_mm).map_err(Failure::refused)
 }
 
 /// A bench with the light and the face that there are, as photons see them.
@@ -143,13 +183,6 @@ pub fn spread(scene: Scene, settings: &Settings) -> Scene {
         roughness: settings.roughness.map_or(0.0, Roughness::slope),
         ..scene
     }
-}
-
-/// An image spread by a measured speck.
-fn spread_by(image: &Image, speck: &SpeckFile, scene: &Scene, host: &dyn Host) -> Result<Image, Failure> {
-    let window = Extent::new(scene.window.size_mm.x, scene.window.size_mm.y);
-    let psf = Psf::of_picture(open_speck(speck, host)?, window, (image.nx, image.ny)).map_err(Failure::refused)?;
-    Ok(blurred(image, &psf))
 }
 
 /// An image spread by what spreads the light, at its own pixels.

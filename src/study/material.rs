@@ -8,21 +8,28 @@ use crate::{
 
 /// The index of the block that settings describe.
 pub fn ior_of(settings: &Settings) -> Result<f64, Failure> {
-    let named = |name: &String| {
-        materials::by_name(name).ok_or_else(|| {
-            let known = materials::MATERIALS.iter().map(|material| material.name);
-            Failure::Usage(format!(
-                "there is no material '{name}'{}; known are {}, and `ior` takes any index",
-                nearest(name, known.clone()).map(|near| format!(", did you mean '{near}'?")).unwrap_or_default(),
-                known.collect::<Vec<_>>().join(", ")
-            ))
-        })
-    };
+    let named = |name: &String| materials::by_name(name).ok_or_else(|| unknown(name));
     match (&settings.material, settings.ior) {
         (Some(name), _) => ior_at(named(name)?, settings.wavelength),
         (None, Some(ior)) => Ok(ior),
         (None, None) => ior_at(named(&materials::DEFAULT.to_owned())?, settings.wavelength),
     }
+}
+
+/// What may have been meant by a name that is none.
+fn unknown(name: &str) -> Failure {
+    let known = || materials::MATERIALS.iter().map(|material| material.name);
+    let described = |material: &Material| format!("{} ({})", material.name, material.description);
+    let meant: Vec<String> = materials::meant_by(name).map(described).collect();
+    let hint = match (meant.as_slice(), nearest(name, known())) {
+        ([], None) => String::new(),
+        ([], Some(near)) => format!(", did you mean '{near}'?"),
+        (meant, _) => format!(", did you mean {}?", meant.join(", or ")),
+    };
+    Failure::Usage(format!(
+        "there is no material '{name}'{hint}; known are {}, and `ior` takes any index",
+        known().collect::<Vec<_>>().join(", ")
+    ))
 }
 
 /// The index of a material at a wavelength; at the catalogue's own if none is given.

@@ -6,7 +6,7 @@ use super::{
     check::{CheckStudy, FaceForm, Makeable, Shop},
     design::shape,
     imperfect::{ImperfectView, blurred, if_it_is_the_sun, spread_in_words},
-    judge::{Examiner, Subject},
+    judge::Subject,
     mill::{MillStudy, figures},
     order::StockOrder,
     progress::{advance, begin},
@@ -63,9 +63,6 @@ pub struct ReadyStudy {
 
 /// Photons by which the spread of the light is checked.
 const PHOTONS: u64 = 4_000_000;
-/// By how much their structural similarity may differ from that of the spread beams before it is
-/// said.
-const SPREAD_AGREES: f64 = 0.03;
 
 impl ReadyStudy {
     /// Asks everything of a block.
@@ -85,7 +82,8 @@ impl ReadyStudy {
         let pass = Pass { direction: question.direction, ..Pass::finishing(shop.cutter, shop.step_over_mm) };
         let polish = Some(shop.polish).filter(|polish| polish.sigma_mm() > 0.0);
         let mill = MillStudy::of(piece, pass, polish, progress)?;
-        let settings = Settings { source_size: question.source.or(piece.side.design.source_size), ..piece.side.design.clone() };
+        let settings =
+            Settings { source_size: question.source.or(piece.side.design.source_size), ..piece.side.design.clone() };
         let light = Light::of(piece, &settings, host)?;
         let seen = light.seen(&mill.last().view.image)?;
         let mut verdict = Verdict::default();
@@ -189,24 +187,15 @@ impl Light {
         }
         let subject = Subject::Block(Box::new(with_face(&piece.block, &piece.surface)?.with_spline()));
         let plan = PhotonPlan::new(PHOTONS, 1);
-        let scene = piece.scene();
-        let Some(photons) = ImperfectView::of(&subject, &scene, &piece.target, settings, &plan, host)? else {
-            return Ok(());
-        };
-        let examiner = Examiner::new(scene, Some(&piece.target.picture), photons.image.nx);
-        let image = examiner.trace(&subject, Surface::Spline, Geometry::Displaced)?.image;
-        let psf = psf_of(settings, &piece.bench, (image.nx, image.ny), host)?;
-        let spread = psf.as_ref().map_or_else(|| image.clone(), |psf| blurred(&image, psf));
-        let spread = metrics::likeness(&spread, &photons.target).map_err(Failure::refused)?;
-        let off = (spread.ssim - photons.likeness.ssim).abs();
-        let (answer, word) = if off <= SPREAD_AGREES { (Answer::Yes, "confirm") } else { (Answer::But, "do not confirm") };
+        let view = ImperfectView::of(&subject, &piece.scene(), &piece.target, settings, &plan, host)?;
+        let Some(view) = view else { return Ok(()) };
+        let Some(photons) = view.photons else { return Ok(()) };
+        let off = format!("{:.3} +- {:.3}", photons.between.rel_rms(), photons.between.rel_rms_error());
+        let (answer, word) = if photons.confirm() { (Answer::Yes, "confirm") } else { (Answer::But, "do not confirm") };
         verdict.say(
-            "spread of the light",
+            "spread",
             answer,
-            format!(
-                "photons from a source of that size {word} the figures in this light: of the designed face SSIM {:.3} by photons, {:.3} by spreading the beams",
-                photons.likeness.ssim, spread.ssim
-            ),
+            format!("photons from a source of that size, through the designed face, {word} the figures in this light: relative RMS {off} from the beams' light spread on the receiver"),
         );
         Ok(())
     }
@@ -230,7 +219,11 @@ impl Light {
     }
 
     /// Faults of the bench in this light.
-    fn faults(&self, study: &ToleranceStudy, progress: &dyn Progress) -> Result<Vec<(String, Option<Likeness>)>, Failure> {
+    fn faults(
+        &self,
+        study: &ToleranceStudy,
+        progress: &dyn Progress,
+    ) -> Result<Vec<(String, Option<Likeness>)>, Failure> {
         begin(progress, "spreading the light", study.cases.len())?;
         let mut faults = Vec::new();
         // Which light there is, is known here.

@@ -46,7 +46,7 @@ pub fn open_understood(
 }
 
 /// Opens the picture of a speck of light.
-pub(super) fn open_speck(speck: &SpeckFile, host: &dyn Host) -> Result<PsfPicture, Failure> {
+fn open_speck(speck: &SpeckFile, host: &dyn Host) -> Result<PsfPicture, Failure> {
     let picture = linear_picture(&speck.path, "speck of light", host)?;
     PsfPicture::new(&to_picture_order(picture.values()), speck.pixel.mm).map_err(Failure::refused)
 }

@@ -59,12 +59,12 @@ impl Tolerances {
         };
         within("the error of the index (`index-off`)", self.index, 0.0, 0.2)?;
         within("the error of the distance (`distance-off`), mm,", self.distance_mm, 0.0, 1e5)?;
-        within("the tilt (`tilt`), degrees,", self.tilt_degrees, 0.0, 30.0)?;
+        within("the tilt (`tilt-off`), degrees,", self.tilt_degrees, 0.0, 30.0)?;
         within("the form error (`form-error`), um,", self.form_error_um, 0.0, 1e4)?;
         within("the error of the thickness (`thickness-off`), mm,", self.thickness_mm, 0.0, 100.0)?;
-        self.light_degrees
-            .iter()
-            .try_for_each(|light| within("the angular diameter of the light (`light`), degrees,", *light, 0.0, 20.0))?;
+        self.light_degrees.iter().try_for_each(|light| {
+            within("the angular diameter of the light (`source-size`), degrees,", *light, 0.0, 20.0)
+        })?;
         self.focus_error.map_or(Ok(()), |error| within("the error of the focus (`focus-error`)", error, 0.0, 10.0))
     }
 }
@@ -232,7 +232,12 @@ impl DesignedBench<'_> {
         }
         for &diameter in lights {
             let view = self.compared(self.extended_light(diameter)?, &designed)?;
-            cases.push(ToleranceCase { name: format!("light {diameter} degrees across"), view, place: Place::SAME, is_light: true });
+            cases.push(ToleranceCase {
+                name: format!("light {diameter} degrees across"),
+                view,
+                place: Place::SAME,
+                is_light: true,
+            });
             advance(progress, cases.len())?;
         }
         let focus = self.focus(designed.metrics.rel_rms, tolerances.focus_error);

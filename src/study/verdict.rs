@@ -67,6 +67,9 @@ pub fn seen_in_words(ssim: f64) -> (Answer, &'static str) {
     band.map_or((Answer::No, "there is no picture"), |(_, answer, words)| (answer, words))
 }
 
+/// Contrast of a picture below which it looks pale: a newspaper has ten times.
+const LEAST_CONTRAST: f64 = 3.0;
+
 impl Verdict {
     /// Adds an answer.
     pub fn say(&mut self, question: &'static str, answer: Answer, says: impl Into<String>) {
@@ -115,6 +118,20 @@ impl Verdict {
         let (answer, words) = seen_in_words(likeness.ssim);
         let says = format!("{words} (SSIM {:.3}, relative RMS {:.3}){what}", likeness.ssim, likeness.rel_rms);
         self.say("picture", answer, says);
+    }
+
+    /// Whether enough contrast is left of the picture by its offset: the light of its brightest parts
+    /// against its darkest, of the target.
+    pub fn say_contrast(&mut self, contrast: f64, offset: f64) {
+        if contrast < LEAST_CONTRAST {
+            self.say(
+                "contrast",
+                Answer::But,
+                format!(
+                    "the picture is pale: its brightest parts get only {contrast:.1} times the light of its darkest (`offset` {offset}; a smaller one has more)"
+                ),
+            );
+        }
     }
 
     /// Whether the light is known, and not too far from what the figures rest on. `sun` is what

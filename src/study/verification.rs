@@ -121,6 +121,9 @@ impl<'a> DesignVerification<'a> {
         if let Some(Seen { likeness, what }) = &self.seen {
             verdict.say_picture(*likeness, what);
         }
+        if let Some(picture) = &self.judgement.picture {
+            verdict.say_contrast(picture.metrics.target_contrast, plan.settings.offset.unwrap_or_default());
+        }
         verdict.say_judgement(&self.judgement, block.skirt_share());
         plan.say_open(&mut verdict);
         verdict
@@ -157,7 +160,7 @@ fn seen(
             let target = resampled(&target.picture, image.nx, image.ny);
             Some(metrics::likeness(&image, &target).map_err(Failure::refused)?)
         }
-        (None, Some(imperfect)) => Some(imperfect.likeness),
+        (None, Some(imperfect)) => Some(imperfect.likeness()),
         (Some(finished), None) => Some(Likeness::from(&finished.view.metrics)),
         (None, None) => judgement.picture.as_ref().map(|picture| Likeness::from(&picture.metrics)),
     };

@@ -21,7 +21,9 @@ use crate::{
         svg::Svg,
     },
     spec::{Settings, name_of},
-    study::{budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::DesignVerification},
+    study::{
+        budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::DesignVerification,
+    },
     surface::SurfaceSpline,
 };
 use glasswarp_verify::Image;
@@ -43,7 +45,12 @@ impl BlockDrawings {
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
             || FaceShape::of_spline(surface, &spline),
-            || rayon::join(|| dimensioned_drawing(solid, &plan.bench, &order), || Isocontours::of_spline(surface, &spline)),
+            || {
+                rayon::join(
+                    || dimensioned_drawing(solid, &plan.bench, &order),
+                    || Isocontours::of_spline(surface, &spline),
+                )
+            },
         );
         Self { shape, drawing, contours }
     }
@@ -321,7 +328,7 @@ pub(crate) fn draw<T: Send>(
         (judge::field_of(&finished.view.image), note)
     });
     let imperfect = verification.imperfect.as_ref().map(|imperfect| {
-        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.likeness.rel_rms);
+        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.likeness().rel_rms);
         let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
         ([&imperfect.target, &imperfect.image].map(judge::field_of), exposure, note)
     });

@@ -17,7 +17,7 @@ use crate::{
         isocontours::Isocontours,
         pictures::Exposure,
     },
-    spec::Length,
+    spec::Feed,
     study::{
         bench::{drawn_bench, light_in_words},
         budget::BudgetStep,
@@ -124,12 +124,12 @@ impl<'a> FoundPage<'a> {
     }
 
     /// The report of a block that was worked on in simulation, its light after every step. `feed`
-    /// is that of the cutter per minute.
+    /// is that of the cutter.
     pub(crate) fn of_milling(
         file: ReportedFile<'_>,
         piece: &'a Workpiece,
         (study, verdict, in_flags): (&MillStudy, &Verdict, fn(&str) -> String),
-        feed: Length,
+        feed: Feed,
         exposure: Exposure,
     ) -> Result<Self, Failure> {
         let (last, before) = (study.last(), &study.steps[..study.steps.len() - 1]);
@@ -145,7 +145,7 @@ impl<'a> FoundPage<'a> {
             Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
         });
         let (pass, cost) = (&study.pass, &study.cost);
-        let way = format!("{:.1} m, {:.0} min at {feed} per minute", 1e-3 * cost.length_mm, cost.minutes(feed.mm));
+        let way = format!("{:.1} m, {:.0} min at {feed}", 1e-3 * cost.length_mm, cost.minutes(feed.mm_per_minute));
         let mut rows = vec![
             row("Cutter", pass.cutter.in_words()),
             row("Rows", format!("{} along {}, {} mm apart", cost.rows, pass.direction, mm(pass.step_over_mm))),

@@ -8,7 +8,7 @@ use crate::{
         html::{Facts, FileRecord, ReadySheet, TrafficLight, write_ready_sheet},
         pictures::Exposure,
     },
-    spec::Length,
+    spec::Feed,
     study::{
         check::Shop,
         judge,
@@ -26,8 +26,8 @@ pub(crate) struct ReadyPage<'a> {
     pub(crate) study: &'a ReadyStudy,
     pub(crate) piece: &'a Workpiece,
     pub(crate) shop: &'a Shop,
-    /// Of the cutter, per minute.
-    pub(crate) feed: Length,
+    /// Of the cutter.
+    pub(crate) feed: Feed,
     pub(crate) exposure: Exposure,
     /// What to send.
     pub(crate) files: Vec<FileRecord>,
@@ -86,12 +86,15 @@ impl ReadyPage<'_> {
         };
         let mut work = vec![
             row("Finishing cutter", shop.cutter.in_words()),
-            row("Step-over", format!("{} mm, {} rows along {}", mm(shop.step_over_mm), cost.rows, study.mill.pass.direction)),
+            row(
+                "Step-over",
+                format!("{} mm, {} rows along {}", mm(shop.step_over_mm), cost.rows, study.mill.pass.direction),
+            ),
             row(
                 "Time",
                 format!(
-                    "{:.0} min for {:.1} m at {} per minute, without roughing and acceleration",
-                    cost.minutes(self.feed.mm),
+                    "{:.0} min for {:.1} m at {}, without roughing and acceleration",
+                    cost.minutes(self.feed.mm_per_minute),
                     1e-3 * cost.length_mm,
                     self.feed
                 ),
@@ -99,25 +102,33 @@ impl ReadyPage<'_> {
             row("Polish", polish),
         ];
         if let Some((scallop, thrown_mm)) = &study.mill.scallop {
-            let scallop = format!("{:.2} µm high before the polish, throw light {thrown_mm:.2} mm", 1e3 * scallop.height_mm);
+            let scallop =
+                format!("{:.2} µm high before the polish, throw light {thrown_mm:.2} mm", 1e3 * scallop.height_mm);
             work.push(row("Scallops", scallop));
         }
         let stock = vec![
             row("Material", order.material.clone()),
             row("Sheet", order.sheet_in_words()),
             row("Saw to", format!("{} × {} mm", order.sawn_mm.x, order.sawn_mm.y)),
-            row("Finished block", format!("{} × {} × {} mm", mm(order.block_mm.x), mm(order.block_mm.y), mm(order.thickness_mm))),
+            row(
+                "Finished block",
+                format!("{} × {} × {} mm", mm(order.block_mm.x), mm(order.block_mm.y), mm(order.thickness_mm)),
+            ),
             row("Face off the top", format!("{} mm, or what the sheet has too much", mm(order.facing_mm))),
         ];
         let arrival = vec![
             row("Thickness", format!("nowhere below {:.2} mm, else send it back", order.least_mm())),
-            row("Lower face", "flat, clear and without scratches: it stays as it is, and light enters there".to_owned()),
+            row(
+                "Lower face",
+                "flat, clear and without scratches: it stays as it is, and light enters there".to_owned(),
+            ),
             row("Index", "of this batch, with a test coupon ('glasswarp coupon')".to_owned()),
             row("Masking film", "off the upper face only".to_owned()),
             row("After milling", format!("highest point {} mm above the lower face", mm(order.thickness_mm))),
         ];
         let mut faults: Vec<_> = study.faults.iter().collect();
-        let ssim = |likeness: &Option<glasswarp_verify::metrics::Likeness>| likeness.map_or(-1.0, |likeness| likeness.ssim);
+        let ssim =
+            |likeness: &Option<glasswarp_verify::metrics::Likeness>| likeness.map_or(-1.0, |likeness| likeness.ssim);
         faults.sort_by(|(_, a), (_, b)| ssim(a).total_cmp(&ssim(b)));
         let faults = faults.into_iter().take(MOST_FAULTS).map(|(name, likeness)| {
             let says = match likeness {

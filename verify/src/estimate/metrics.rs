@@ -114,7 +114,7 @@ pub fn compare(image: &Image, target: &Image) -> Result<Metrics, MetricsError> {
         rel_rms,
         mean_abs: mean_of(&s, &t, nx, |s, t| (s - t).abs()),
         psnr_db: 20.0 * (peak / rel_rms).log10(),
-        ssim: ssim(&s, &t, None, nx, ny, peak),
+        ssim: ssim(&s, &t, nx, ny, peak),
         correlation: st / (ss * tt).sqrt(),
         fit_gain,
         fit_offset: 1.0 - fit_gain,
@@ -148,31 +148,7 @@ impl From<&Metrics> for Likeness {
 /// As for [`compare`].
 pub fn likeness(image: &Image, target: &Image) -> Result<Likeness, MetricsError> {
     let (s, t) = normalised(image, target)?;
-    Ok(Likeness { rel_rms: rms_between(&s, &t, target.nx), ssim: ssim(&s, &t, None, target.nx, target.ny, peak_of(&t)) })
-}
-
-/// The likeness of an image that photons made to its target, less their noise: its variance in
-/// every pixel is known (the square of `standard_error`, in the units of the image) and taken off
-/// wherever a square of the image stands in the measures. An even image stays even, however few
-/// photons have drawn it.
-///
-/// # Errors
-/// As for [`compare`].
-pub fn likeness_less_noise(image: &Image, standard_error: &Image, target: &Image) -> Result<Likeness, MetricsError> {
-    let (s, t) = normalised(image, target)?;
-    if (standard_error.nx, standard_error.ny) != (image.nx, image.ny) {
-        return Err(MetricsError::Size {
-            image: (standard_error.nx, standard_error.ny),
-            target: (target.nx, target.ny),
-        });
-    }
-    let mean = image.mean();
-    let noise: Vec<f64> = standard_error.values.iter().map(|error| (error / mean).powi(2)).collect();
-    let square = rms_between(&s, &t, target.nx).powi(2) - noise.iter().sum::<f64>() / noise.len() as f64;
-    Ok(Likeness {
-        rel_rms: square.max(0.0).sqrt(),
-        ssim: ssim(&s, &t, Some(&noise), target.nx, target.ny, peak_of(&t)),
-    })
+    Ok(Likeness { rel_rms: rms_between(&s, &t, target.nx), ssim: ssim(&s, &t, target.nx, target.ny, peak_of(&t)) })
 }
 
 /// Only the relative RMS difference of two images, see [`Metrics::rel_rms`].
@@ -319,26 +295,23 @@ fn extremes(s: &[f64], t: &[f64]) -> [(f64, f64); 2] {
     [over(&|t| t <= dark), over(&|t| t >= bright)]
 }
 
-/// Structural similarity, averaged over all windows that lie inside of the image. `noise` is the
-/// variance of every pixel of the image that is not light.
-fn ssim(s: &[f64], t: &[f64], noise: Option<&[f64]>, nx: usize, ny: usize, range: f64) -> f64 {
+/// Structural similarity, averaged over all windows that lie inside of the image.
+fn ssim(s: &[f64], t: &[f64], nx: usize, ny: usize, range: f64) -> f64 {
     let area = (WINDOW * WINDOW) as f64;
     let sample = area / (area - 1.0);
     let (c1, c2) = ((0.01 * range).powi(2), (0.03 * range).powi(2));
     let width = nx - WINDOW + 1;
     // Sums along rows once for every row; a window adds up seven of them.
-    let row_sums = |j: usize| -> Vec<[f64; 6]> {
-        let row = j * nx..(j + 1) * nx;
-        let (s, t, noise) = (&s[row.clone()], &t[row.clone()], noise.map(|noise| &noise[row]));
+    let row_sums = |j: usize| -> Vec<[f64; 5]> {
+        let (s, t) = (&s[j * nx..(j + 1) * nx], &t[j * nx..(j + 1) * nx]);
         (0..width)
             .map(|i| {
-                let mut sum = [0.0; 6];
+                let mut sum = [0.0; 5];
                 for (&s, &t) in s[i..i + WINDOW].iter().zip(&t[i..i + WINDOW]) {
                     for (a, b) in sum.iter_mut().zip([s, t, s * s, t * t, s * t]) {
                         *a += b;
                     }
                 }
-                sum[5] = noise.map_or(0.0, |noise| noise[i..i + WINDOW].iter().sum());
                 sum
             })
             .collect()
@@ -348,15 +321,13 @@ fn ssim(s: &[f64], t: &[f64], noise: Option<&[f64]>, nx: usize, ny: usize, range
     for window in rows.windows(WINDOW) {
         let mut of_row = 0.0;
         for i in 0..width {
-            let mut m = [0.0; 6];
+            let mut m = [0.0; 5];
             for row in window {
                 m.iter_mut().zip(row[i]).for_each(|(a, b)| *a += b);
             }
-            let [ms, mt, mss, mtt, mst, noise] = m.map(|v| v / area);
+            let [ms, mt, mss, mtt, mst] = m.map(|v| v / area);
             let (vs, vt, vst) = (sample * (mss - ms * ms), sample * (mtt - mt * mt), sample * (mst - ms * mt));
-            // The sample covariance holds all of the noise, the square of a mean its part of it.
-            let (vs, ms_square) = ((vs - noise).max(0.0), (ms * ms - noise / area).max(0.0));
-            of_row += (2.0 * ms * mt + c1) * (2.0 * vst + c2) / ((ms_square + mt * mt + c1) * (vs + vt + c2));
+            of_row += (2.0 * ms * mt + c1) * (2.0 * vst + c2) / ((ms * ms + mt * mt + c1) * (vs + vt + c2));
         }
         total += of_row;
     }

@@ -5,10 +5,7 @@ use super::{
     plan::PhotonError,
 };
 use crate::{
-    estimate::{
-        flux::{Flux, PowerTally, UNIT},
-        metrics::{self, Likeness, MetricsError},
-    },
+    estimate::flux::{Flux, PowerTally, UNIT},
     image::Image,
 };
 
@@ -165,14 +162,6 @@ impl PhotonTally {
         }
         let n = self.sums.len() as f64;
         Ok(UnbiasedError { mean_square: sum / n, mean_square_error: spread.sqrt() / n })
-    }
-
-    /// How alike the light of the photons is to a target of the same size, less their noise.
-    ///
-    /// # Errors
-    /// Those of [`likeness_less_noise`](crate::metrics::likeness_less_noise).
-    pub fn likeness_to(&self, target: &Image) -> Result<Likeness, MetricsError> {
-        metrics::likeness_less_noise(&self.image(), &self.standard_error(), target)
     }
 
     /// Asks whether the photons show the light of an image of the same size that is free of noise.
