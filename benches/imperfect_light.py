@@ -49,7 +49,7 @@ def one(arguments, flags, how, folder):
     stl, light = folder / "block.stl", folder / "light.png"
     if "--nodes" not in flags:
         flags = f"{flags} --nodes {arguments.nodes}"
-    design = [arguments.binary, "design", arguments.picture, "--offset", "0.1"]
+    design = [arguments.binary, "design", "-v", arguments.picture, "--offset", "0.1"]
     said = run(design + ["--transfer", "linear", "--no-verify", "--no-report", "--deconvolution", how, "-o", str(stl)] + flags.split())
     verify = [arguments.binary, "verify"]
     if "--psf" in flags:

@@ -9,16 +9,24 @@ made=$root/target/figures
 mkdir -p "$made"
 for sample in samples/*/design.toml; do
     name=$(basename "$(dirname "$sample")")
-    glasswarp design "$sample" -o "$made/$name.stl" --no-report
+    glasswarp design "$sample" -o "$made/$name.stl" --no-report --pictures
     cp "$made/$name.panel.png" "docs/figures/gallery-$name.png"
 done
 walk=$made/tutorial
 mkdir -p "$walk"
 cp -r samples "$walk/"
-# Every command of the page, as it stands; a check that finds something wrong ends with 3.
-sed -n '/^```sh$/,/^```$/p' docs/tutorial.md | sed '/^```/d' >"$walk/walk.sh"
-(cd "$walk" && sh walk.sh)
+# Every command of the pages, as it stands; a check that finds something wrong ends with 3.
+for page in tutorial settings; do
+    sed -n '/^```sh$/,/^```$/p' "docs/$page.md" | sed '/^```/d' >"$walk/$page.sh"
+    (cd "$walk" && sh "$page.sh" 2>&1 | tee "$page.log")
+done
 cp "$walk/portrait.png" docs/figures/tutorial-picture.png
 for kind in panel contours; do cp "$walk/portrait.$kind.png" "docs/figures/tutorial-$kind.png"; done
 for name in check steps; do cp "$walk/$name.png" "docs/figures/tutorial-$name.png"; done
-cp "$walk/final.drawing.png" docs/figures/tutorial-drawing.png
+for kind in finished drawing; do cp "$walk/final.$kind.png" "docs/figures/tutorial-$kind.png"; done
+mv docs/figures/tutorial-finished.png docs/figures/tutorial-final.png
+cp "$walk/window.seen.png" docs/figures/settings-window.png
+cp "$walk/torch.seen.png" docs/figures/settings-torch.png
+cp "$walk/laser.panel.png" docs/figures/settings-laser.png
+chromium --headless --no-sandbox --hide-scrollbars --window-size=900,1270 --screenshot="docs/figures/tutorial-ready.png" \
+    "file://$walk/final.ready.html"

@@ -66,20 +66,20 @@ pub(crate) struct DesignArgs {
 
     /// Write the exit face as a picture of heights for a router too: .png (16-bit) or .exr (32-bit,
     /// mm). May be given several times
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     height_map: Vec<PathBuf>,
 
     /// Offset the height maps for this cutter, ball:d6mm (its diameter) or ball:r3mm (its radius),
     /// flat:d12mm or bull:d12mm,r1mm: they then tell where its tip goes. For programs that move the
     /// tool to the heights of the picture
-    #[arg(long, value_name = "CUTTER", requires = "height_map")]
+    #[arg(long, value_name = "CUTTER", requires = "height_map", hide_short_help = true)]
     height_map_cutter: Option<Cutter>,
 
     #[command(flatten)]
     settings: Settings,
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
-    #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit)]
+    #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit, hide_short_help = true)]
     max_error: Option<f64>,
 
     #[command(flatten)]
@@ -87,7 +87,7 @@ pub(crate) struct DesignArgs {
 
     /// Do not trace the exported file; of the pictures, draw only where the solver itself expects
     /// the light to be wrong
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     no_verify: bool,
 
     /// Write the pictures of the report as files too, beside the first file: panel, caustic,
@@ -101,11 +101,11 @@ pub(crate) struct DesignArgs {
 
     /// The report, a page of HTML for the people who will make the block [default: beside the first
     /// file, .report.html]
-    #[arg(long, value_name = "FILE", conflicts_with = "no_report")]
+    #[arg(long, value_name = "FILE", conflicts_with = "no_report", hide_short_help = true)]
     report: Option<PathBuf>,
 
     /// Write no report
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     no_report: bool,
 }
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub(crate) struct MemoryArgs {
     /// Take more memory than this machine has free, if it must be
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     ignore_memory: bool,
 }
 

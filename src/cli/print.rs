@@ -119,7 +119,7 @@ pub(super) fn imperfect(view: &ImperfectView, settings: &Settings) {
     }
 }
 
-/// Lines for people, on the spread and what is made up for.
+/// Lines for people, on the spread and what is corrected for.
 pub(super) fn requirements(requirements: &Requirements) {
     if let Some(psf) = &requirements.psf {
         let by = psf.deviation_mm();

@@ -174,7 +174,7 @@ enum SurfaceName {
     Spline,
     /// Flat triangles with interpolated normals, as renderers shade
     Smooth,
-    /// Flat triangles to the letter
+    /// Flat triangles as they are
     Facets,
 }
 

@@ -100,7 +100,7 @@ settings! {
     emission: Emission,
 
     /// A linear picture of the light on the entry face, or on the mirror, from edge to edge of the
-    /// block and the same way round as the picture on the receiver: its unevenness is made up for
+    /// block and the same way round as the picture on the receiver: its unevenness is corrected for
     #[arg(long, value_name = "PICTURE", help_heading = "Light", hide_short_help = true)]
     beam: PathBuf,
 
@@ -132,23 +132,23 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     min_thickness: Length,
 
-    /// Size of the source, whose spread is made up for: sun or 0.53deg for parallel light; 5mm (a
+    /// Size of the source, whose spread is corrected for: sun or 0.53deg for parallel light; 5mm (a
     /// disc) or 5x3mm for a point source; none for a laser, and for what else spreads nothing
     #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
     source_size: SourceName,
 
-    /// Roughness of the exit face, made up for: the standard deviation of its slope along any
+    /// Roughness of the exit face, corrected for: the standard deviation of its slope along any
     /// direction, as an angle: 0.1deg
     #[arg(long, value_name = "ANGLE", help_heading = "Imperfect light", allow_hyphen_values = true, hide_short_help = true)]
     roughness: Roughness,
 
-    /// What else spreads the light, made up for: a linear picture of the speck that a laser through
+    /// What else spreads the light, corrected for: a linear picture of the speck that a laser through
     /// the block makes on the receiver, seen as the picture is, and the size of its pixels there:
     /// speck.png,0.05mm
     #[arg(long, value_name = "PICTURE,LENGTH", help_heading = "Imperfect light", hide_short_help = true)]
     psf: SpeckFile,
 
-    /// How spread light is made up for [default: window]
+    /// How spread light is corrected for [default: window]
     #[arg(long, value_name = "HOW", help_heading = "Imperfect light", hide_short_help = true)]
     deconvolution: DeconvolutionName,
 

@@ -129,7 +129,7 @@ impl fmt::Display for SpeckFile {
     }
 }
 
-/// How spread light is made up for.
+/// How spread light is corrected for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum DeconvolutionName {
     /// Make up for the spread of the light; beyond the window there is none, so that its brim is

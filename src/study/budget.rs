@@ -58,7 +58,7 @@ pub struct Traced {
 const VIEWS: [(&str, Surface, Geometry); 3] = [
     ("on the normal-mapped plane (the paper's assumption)", Surface::Spline, Geometry::NormalMappedPlane),
     ("triangles with smooth normals (renderers)", Surface::Smooth, Geometry::Displaced),
-    ("flat triangles (the file to the letter)", Surface::Facets, Geometry::Displaced),
+    ("flat triangles (the file as it is)", Surface::Facets, Geometry::Displaced),
 ];
 
 /// Collects steps with their distance from one image.

@@ -95,7 +95,7 @@ fn caustic_mesh(settings: &Settings, bench: &Bench, host: &dyn Host) -> Result<O
 pub struct Requirements {
     /// The picture, to be seen in the light that there is.
     pub perceived: TargetIrradiance,
-    /// The light to be drawn if light were perfect: `perceived` made up for the spread.
+    /// The light to be drawn if light were perfect: `perceived` corrected for the spread.
     pub ideal: TargetIrradiance,
     /// What the solver is given: `ideal`, and with a mesh what lies beside it too.
     pub solver: TargetIrradiance,
@@ -103,7 +103,7 @@ pub struct Requirements {
     pub mesh: Option<Arc<CausticMesh>>,
     /// The spread of the light, if it is not perfect.
     pub psf: Option<Psf>,
-    /// How far the spread can be made up for, unless that was not asked for.
+    /// How far the spread can be corrected for, unless that was not asked for.
     pub deconvolved: Option<Deconvolved>,
 }
 
@@ -111,7 +111,7 @@ impl Requirements {
     /// What settings make of a picture on a bench.
     ///
     /// # Errors
-    /// Files that cannot be read, spread that cannot be made up for.
+    /// Files that cannot be read, spread that cannot be corrected for.
     pub fn of(
         picture: TargetIrradiance,
         bench: &Bench,
@@ -130,14 +130,14 @@ impl Requirements {
         let sizeless = settings.source_size.is_some();
         if psf.is_none() && !sizeless && (settings.deconvolution.is_some() || settings.deconvolution_rounds.is_some()) {
             return Err(Failure::Usage(
-                "there is no spread of light to make up for: add `source-size`, `roughness` or `psf` to `deconvolution`".into(),
+                "there is no spread of light to correct for: add `source-size`, `roughness` or `psf` to `deconvolution`".into(),
             ));
         }
         let usual = Deconvolution::default();
         let deconvolved = match (&psf, border) {
             (Some(psf), Some(border)) => {
                 let rounds = settings.deconvolution_rounds.unwrap_or(usual.rounds);
-                begin(progress, "making up for the spread of the light", rounds)?;
+                begin(progress, "correcting for the spread of the light", rounds)?;
                 let options = usual.with_rounds(rounds).with_border(border);
                 let done = options.of_watched(&picture, psf, |done| progress.report(Event::Step { done }));
                 Some(done.map_err(Failure::refused)?)

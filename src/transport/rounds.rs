@@ -138,7 +138,7 @@ pub(super) fn close(
             }
             return Err(SolveError::ReachesReceiver { height_mm: highest, distance_mm: bench.distance_mm() });
         }
-        // What is cut is sharper than what shines; the loop makes up for the waves that are given
+        // What is cut is sharper than what shines; the loop corrects for the waves that are given
         // up.
         let surface = match options.finish {
             Some(polish) => polish.presharpened(&surface),

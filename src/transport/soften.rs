@@ -2,7 +2,7 @@
 //! cannot follow.
 //!
 //! Nodes that break either rule, and to a lesser degree their surroundings, diffuse until none
-//! does. Elsewhere the face stays as it is, so that the closed loop can make up for what the
+//! does. Elsewhere the face stays as it is, so that the closed loop can correct for what the
 //! softened creases take from their surroundings.
 
 use crate::{
