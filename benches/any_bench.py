@@ -52,7 +52,7 @@ LIMIT = 1.3
 
 def judge(binary, picture, flags, nodes, folder):
     """Error, SSIM, share of the light in the window, and what the program warns of."""
-    command = [binary, "design", str(picture), "--nodes", str(nodes), "--offset", "0.1", "--transfer", "linear", "-o", str(folder / "block.stl")]
+    command = [binary, "design", str(picture), "--nodes", str(nodes), "--offset", "0.1", "--transfer", "linear", "-v", "-o", str(folder / "block.stl")]
     done = subprocess.run(command + flags.split(), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} {flags}\n{done.stderr}")

@@ -37,7 +37,7 @@ def pair(repeats=5):
 def design(program, picture, nodes, solver, quality, folder):
     """Wall time of the solver, s, and the peak memory of the whole command, GB (at least that of this script, which starts it)."""
     command = [program, "design", picture, "--transfer", "linear", "--nodes", str(nodes), "--solver", solver,
-               "--no-verify", "-o", os.path.join(folder, "block.stl")]
+               "--no-verify", "-v", "-o", os.path.join(folder, "block.stl")]
     if quality:
         command += ["--quality", quality]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)

@@ -39,7 +39,8 @@ fn band(ssim: f64) -> usize {
 fn presets_and_commands_do_not_contradict_each_other() {
     let shop = shop_with_photograph();
     for preset in ["sunlit-window", "wall-mirror", "torch-on-table", "desk-demo"] {
-        let line = format!("design photo.png --preset {preset} --nodes 193 --no-report -o {preset}.stl -o {preset}.step");
+        let line =
+            format!("design photo.png --preset {preset} --nodes 193 --no-report -o {preset}.stl -o {preset}.step");
         let design = result(&shop, &line, &[FINE]);
         // A preset that does not work in its own light is none.
         assert_ne!(concern(&design, "picture"), Some("no"), "{preset}: {}", design["verdict"]["says"]);
@@ -84,7 +85,9 @@ fn the_sheet_says_what_the_terminal_says_and_a_no_ends_with_3() {
     let good = result(&shop, "ready p.step --step-over 0.1mm --polish 0.1mm --pixels 128", &[FINE]);
     assert!(answer(&good).starts_with("yes"), "{}", good["verdict"]["says"]);
     let sheet = fs::read_to_string(shop.path("p.ready.html")).unwrap();
-    for words in ["Will it work?", "Stock to order", "cast acrylic", "Measure on arrival", "ball, 6 mm diameter", "0.1 mm"] {
+    for words in
+        ["Will it work?", "Stock to order", "cast acrylic", "Measure on arrival", "ball, 6 mm diameter", "0.1 mm"]
+    {
         assert!(sheet.contains(words), "{words}");
     }
     // The side file stands for its block.
@@ -123,7 +126,8 @@ fn what_is_not_said_is_asked_for() {
 #[test]
 fn the_sheet_to_order_leaves_what_is_faced_off() {
     let shop = shop_with_photograph();
-    let design = |line: &str| result(&shop, &format!("design photo.png --nodes 65 --no-report --no-verify {line}"), &[FINE]);
+    let design =
+        |line: &str| result(&shop, &format!("design photo.png --nodes 65 --no-report --no-verify {line}"), &[FINE]);
     let thickness = |of: &Value| of["block"]["thickness_mm"].as_f64().unwrap();
     let plain = thickness(&design("-o a.stl"));
     let unfaced = thickness(&design("-o b.stl --facing 0mm"));

@@ -42,8 +42,8 @@ fn every_command_of_the_tutorial_works() {
         "final.drawing.png",
         "final.ready.html",
         "final.toml",
-        "window.seen.png",
-        "torch.seen.png",
+        "window.panel.png",
+        "torch.panel.png",
         "laser.panel.png",
     ] {
         assert!(folder.path().join(made).exists(), "{made} is missing");

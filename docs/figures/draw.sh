@@ -23,10 +23,10 @@ done
 cp "$walk/portrait.png" docs/figures/tutorial-picture.png
 for kind in panel contours; do cp "$walk/portrait.$kind.png" "docs/figures/tutorial-$kind.png"; done
 for name in check steps; do cp "$walk/$name.png" "docs/figures/tutorial-$name.png"; done
-for kind in finished drawing; do cp "$walk/final.$kind.png" "docs/figures/tutorial-$kind.png"; done
-mv docs/figures/tutorial-finished.png docs/figures/tutorial-final.png
-cp "$walk/window.seen.png" docs/figures/settings-window.png
-cp "$walk/torch.seen.png" docs/figures/settings-torch.png
+cp "$walk/final.drawing.png" docs/figures/tutorial-drawing.png
+cp "$walk/final.panel.png" docs/figures/tutorial-final.png
+cp "$walk/window.panel.png" docs/figures/settings-window.png
+cp "$walk/torch.panel.png" docs/figures/settings-torch.png
 cp "$walk/laser.panel.png" docs/figures/settings-laser.png
 chromium --headless --no-sandbox --hide-scrollbars --window-size=900,1270 --screenshot="docs/figures/tutorial-ready.png" \
     "file://$walk/final.ready.html"

@@ -343,7 +343,7 @@ fn print_for_maker(
     block: &DesignedBlock,
     verification: Option<&DesignVerification<'_>>,
 ) {
-    if let Some(Seen { likeness, what }) = verification.and_then(|verification| verification.seen.as_ref()) {
+    if let Some(Seen { likeness, what, .. }) = verification.and_then(|verification| verification.seen.as_ref()) {
         let (_, words) = seen_in_words(likeness.ssim);
         say!("  seen     {words}: relative RMS {:.4}, SSIM {:.4}{what}", likeness.rel_rms, likeness.ssim);
     }

@@ -10,6 +10,7 @@ use crate::{
         imperfect::{ImperfectView, SpreadPhotons, spread_in_words},
         judge::{Judgement, PictureJudgement},
         requirements::Requirements,
+        verdict::seen_in_words,
     },
 };
 use glasswarp_verify::Flux;
@@ -20,6 +21,7 @@ pub(super) fn judgement(judgement: &Judgement) {
     let millions = judgement.photon_count as f64 / 1e6;
     if let Some(PictureJudgement { metrics: m, .. }) = &judgement.picture {
         say!("\nDoes the light draw the picture? (traced through the file as read back, {nx} x {ny} pixels)");
+        say!("  in words       {}", seen_in_words(m.ssim).1);
         say!("  relative RMS   {:.4}", m.rel_rms);
         say!("  PSNR           {:.1} dB", m.psnr_db);
         say!("  SSIM           {:.4}", m.ssim);

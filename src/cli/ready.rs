@@ -2,7 +2,6 @@
 //! for maker and shop.
 
 use super::{
-    check::exposure,
     console::{self, say},
     design::stem,
     machine::{Machine, has_extension},
@@ -15,15 +14,18 @@ use super::{
 use crate::{
     fabricate::{Cutter, Direction},
     failure::Failure,
+    irradiance::{TargetIrradiance, Transfer, to_picture_order},
     record::document,
-    report::pages::ready::ReadyPage,
+    report::{Exposure, pages::ready::ReadyPage},
     spec::{Angle, Feed, Length, SourceName},
     study::{
         check::{FaceForm, Makeable, Shop},
+        judge,
         placement::Placing,
         ready::{Question, ReadyStudy},
         tolerance::Tolerances,
         verdict::Answer,
+        workpiece::Workpiece,
     },
     surface::Polish,
 };
@@ -126,7 +128,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         piece: &piece,
         shop,
         feed: args.feed,
-        exposure: exposure(&piece),
+        exposure: exposure(&piece, &study)?,
         files: [&block, &beside].into_iter().map(|file| file_record(file, None)).collect::<Result<_, _>>()?,
         command: command(),
         in_flags: with_flags,
@@ -147,6 +149,14 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         Answer::No => Err(Failure::BelowThreshold(format!("{} will not work like this", block.display()))),
         Answer::Yes | Answer::But | Answer::NotAsked => Ok(()),
     }
+}
+
+/// How its light is shown: as the picture, and not as what is drawn for spread light.
+fn exposure(piece: &Workpiece, study: &ReadyStudy) -> Result<Exposure, Failure> {
+    let (_, target) = &study.seen;
+    let target = TargetIrradiance::new(to_picture_order(&judge::field_of(target))).map_err(Failure::refused)?;
+    let transfer = piece.side.design.transfer.map(Transfer::from);
+    Ok(Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb)))
 }
 
 /// The block that is named, or the first file that a side file knows and that is there.

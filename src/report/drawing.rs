@@ -284,11 +284,12 @@ mod tests {
     fn the_notes_name_units_sizes_and_heights_from_the_origin() {
         let rim = Some(Rim { width_mm: 5.0, rise_mm: -4.0, mark_mm: Some(3.0) });
         let solid = solid(Shape { rim, origin: Origin::Corner, ..Shape::default() });
-        let notes = notes(&solid, &glass(), &[], 3.0).join("\n");
+        let notes = notes(&solid, &glass(), &["order: a sheet".to_owned()], 3.0).join("\n");
         let mean = -solid.entry_z_mm();
         for part in [
             "all lengths in mm",
-            "stock 70 × 50 × 12",
+            "\norder: a sheet\n",
+            "block 70 × 50 × 12",
             "exit face 60 × 40",
             "origin: corner",
             "entry face at z = 0\n",

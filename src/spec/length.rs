@@ -51,6 +51,47 @@ impl<'de> Deserialize<'de> for Length {
     }
 }
 
+/// A small length as a person writes it: `0.05um`, `50nm`, or with any unit of a [`Length`]; a bare
+/// number is micrometres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SmallLength {
+    /// Micrometres.
+    pub um: f64,
+}
+
+impl FromStr for SmallLength {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let um = match number_and_unit(text, '"') {
+            (number, "") => finite(number)?,
+            (number, "nm") => 1e-3 * finite(number)?,
+            _ => 1e3 * text.parse::<Length>()?.mm,
+        };
+        Ok(Self { um })
+    }
+}
+
+impl fmt::Display for SmallLength {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}um", self.um)
+    }
+}
+
+impl Serialize for SmallLength {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for SmallLength {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        number_or_text(deserializer, "a small length such as \"0.05um\", or a number of micrometres", |um| {
+            Ok(Self { um })
+        })
+    }
+}
+
 /// The feed of a cutter as a person writes it: `2000mm/min`, `2m/min`, `80in/min`; without a time
 /// it is that of a minute.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,5 +165,13 @@ mod tests {
         for text in ["0", "-5mm/min", "2m/h", "fast"] {
             assert!(text.parse::<Feed>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn small_lengths_are_micrometres() {
+        for (text, um) in [("0.05", 0.05), ("0.05um", 0.05), ("50nm", 0.05), ("0.001mm", 1.0), ("0,5um", 0.5)] {
+            assert!((text.parse::<SmallLength>().unwrap().um - um).abs() < 1e-12, "{text}");
+        }
+        assert!("a little".parse::<SmallLength>().is_err());
     }
 }

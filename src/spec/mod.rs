@@ -30,7 +30,7 @@ pub use forms::{OutlineName, RimSize, Shift, VignetteName};
 pub use host::Host;
 pub use lamp::{Emission, LightName};
 pub use layers::{parse, preset, read, settings};
-pub use length::{Feed, Length};
+pub use length::{Feed, Length, SmallLength};
 pub use presets::PresetName;
 pub use quantity::name_of;
 pub(crate) use quantity::nearest;

@@ -7,7 +7,7 @@ use super::{
     finish::FinishPlan,
     forms::{OutlineName, RimSize, Shift, VignetteName},
     lamp::{Emission, LightName},
-    length::Length,
+    length::{Length, SmallLength},
     presets::PresetName,
     source::{DeconvolutionName, Roughness, SourceName, SpeckFile},
     wavelength::Wavelength,
@@ -190,10 +190,10 @@ settings! {
     #[arg(long, value_name = "PLACE", help_heading = "Block", hide_short_help = true)]
     origin: OriginName,
 
-    /// Greatest distance of a STEP file's B-spline face from the height field, in um [default: as
-    /// near as the picture needs]
-    #[arg(long, value_name = "UM", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
-    step_tolerance: f64,
+    /// Greatest distance of a STEP file's B-spline face from the height field, such as 0.05um
+    /// [default: as near as the picture needs]
+    #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
+    step_tolerance: SmallLength,
 
     /// Constant added to the light of the picture (0..1): it trades contrast for gentler slopes
     /// [default: 0.1]

@@ -102,7 +102,8 @@ impl Plan {
         stock = stock.faced(facing_mm);
         let shape = shape(&settings)?;
         stock.check().and_then(|()| shape.check(block)).map_err(|error| Failure::refused(DesignError::from(error)))?;
-        let step = settings.step_tolerance.map_or(StepTolerance::Picture, StepTolerance::Micrometres);
+        let step =
+            settings.step_tolerance.map_or(StepTolerance::Picture, |length| StepTolerance::Micrometres(length.um));
         step.check().map_err(Failure::refused)?;
         (settings.nodes, settings.offset) = (Some(across), Some(offset));
         settings.facing = Some(Length { mm: facing_mm });

@@ -80,6 +80,8 @@ pub struct ImperfectView {
     /// Irradiance on the receiver: by photons, or where these cannot, by spreading that of the
     /// beams.
     pub image: Image,
+    /// The same by spreading that of the beams, which is free of noise.
+    pub smooth: Image,
     /// What it is compared with.
     pub target: Image,
     /// How well it draws the picture, without the noise of photons: that of the beams' light, spread
@@ -134,14 +136,14 @@ impl ImperfectView {
         let beams = psf.map_or_else(|| sharp.clone(), |psf| blurred(&sharp, &psf));
         let likeness = metrics::likeness(&beams, &target).map_err(Failure::refused)?;
         if settings.psf.is_some() || (settings.spread_source().is_none() && settings.roughness.is_none()) {
-            return Ok(Some(Self { image: beams, target, likeness, photons: None }));
+            return Ok(Some(Self { image: beams.clone(), smooth: beams, target, likeness, photons: None }));
         }
         let scene = spread(perfect.scene_for(subject), settings);
         let tally = photons(&subject.tracer(&scene)?, plan).map_err(Failure::refused)?;
         let error = tally.error_against(&target).map_err(Failure::refused)?;
         let between = tally.error_against(&beams).map_err(Failure::refused)?;
         let photons = SpreadPhotons { count: tally.photons(), noise: tally.noise(), error, between };
-        Ok(Some(Self { image: tally.image(), target, likeness, photons: Some(photons) }))
+        Ok(Some(Self { image: tally.image(), smooth: beams, target, likeness, photons: Some(photons) }))
     }
 
     /// How alike the picture is: by photons where they can tell, which take nothing for granted.

@@ -56,8 +56,12 @@ pub struct DesignVerification<'a> {
 pub struct Seen {
     /// How alike it is to the picture.
     pub likeness: Likeness,
-    /// Of which face, in which light: words that go on a sentence, or none.
+    /// Of which face, in which light: words that go on a sentence; none as designed, in perfect light.
     pub what: String,
+    /// Irradiance on the receiver.
+    pub image: Image,
+    /// The picture at its pixels.
+    pub target: Image,
 }
 
 /// A small fault of the bench, and what it does.
@@ -115,10 +119,15 @@ impl<'a> DesignVerification<'a> {
         Ok(Some(Self { judged, examiner, judgement, steps, target, finished, imperfect, seen, faults }))
     }
 
+    /// Whether the eye gets something else than perfect light through the face as designed.
+    pub fn is_seen_otherwise(&self) -> bool {
+        self.finished.is_some() || self.imperfect.is_some()
+    }
+
     /// Whether the block will work, as far as a design is asked.
     pub fn verdict(&self, plan: &Plan, block: &DesignedBlock) -> Verdict {
         let mut verdict = Verdict::default();
-        if let Some(Seen { likeness, what }) = &self.seen {
+        if let Some(Seen { likeness, what, .. }) = &self.seen {
             verdict.say_picture(*likeness, what);
         }
         if let Some(picture) = &self.judgement.picture {
@@ -151,21 +160,30 @@ fn seen(
 ) -> Result<Option<Seen>, Failure> {
     let finish = finished.map(|finished| format!(", after the finish ({})", finished.plan.in_words()));
     let light = imperfect.map(|_| format!(", in the light that there is ({})", spread_in_words(&plan.settings)));
-    let likeness = match (finished, imperfect) {
+    let what = [finish, light].into_iter().flatten().collect();
+    let resampled = |image: &Image| resampled(&target.picture, image.nx, image.ny);
+    let (image, target, likeness) = match (finished, imperfect) {
         // Photons saw the face before its finish.
         (Some(finished), Some(_)) => {
             let image = &finished.view.image;
             let psf = psf_of(&plan.settings, &plan.bench, (image.nx, image.ny), host)?;
             let image = psf.as_ref().map_or_else(|| image.clone(), |psf| blurred(image, psf));
-            let target = resampled(&target.picture, image.nx, image.ny);
-            Some(metrics::likeness(&image, &target).map_err(Failure::refused)?)
+            let target = resampled(&image);
+            let likeness = metrics::likeness(&image, &target).map_err(Failure::refused)?;
+            (image, target, likeness)
         }
-        (None, Some(imperfect)) => Some(imperfect.likeness()),
-        (Some(finished), None) => Some(Likeness::from(&finished.view.metrics)),
-        (None, None) => judgement.picture.as_ref().map(|picture| Likeness::from(&picture.metrics)),
+        (None, Some(imperfect)) => (imperfect.smooth.clone(), imperfect.target.clone(), imperfect.likeness()),
+        (Some(Finished { view, .. }), None) => {
+            (view.image.clone(), resampled(&view.image), Likeness::from(&view.metrics))
+        }
+        (None, None) => {
+            let Some(picture) = &judgement.picture else { return Ok(None) };
+            let image = judgement.caustic.clone();
+            let target = resampled(&image);
+            (image, target, Likeness::from(&picture.metrics))
+        }
     };
-    let what = [finish, light].into_iter().flatten().collect();
-    Ok(likeness.map(|likeness| Seen { likeness, what }))
+    Ok(Some(Seen { likeness, what, image, target }))
 }
 
 /// What an index and a distance that are a little off do to the picture, in the light that there is.

@@ -21,7 +21,7 @@ use crate::{
         verdict::{Answer, Verdict},
     },
 };
-use glasswarp_verify::metrics::{Likeness, Metrics};
+use glasswarp_verify::metrics::Likeness;
 use std::path::Path;
 
 /// The program and its version.
@@ -59,8 +59,8 @@ pub(crate) fn highlight(label: &str, value: String, unit: &str, note: String) ->
 }
 
 /// How near the light is to the picture, as the first of the key figures.
-pub(crate) fn error_highlight(metrics: &Metrics, note: &str) -> Highlight {
-    highlight("Error of the light", format!("{:.2}", 100.0 * metrics.rel_rms), "%", note.into())
+pub(crate) fn error_highlight(likeness: impl Into<Likeness>, note: &str) -> Highlight {
+    highlight("Error of the light", format!("{:.2}", 100.0 * likeness.into().rel_rms), "%", note.into())
 }
 
 /// What the relative RMS error and the similarity are, in a line.

@@ -22,7 +22,12 @@ use crate::{
     },
     spec::{Settings, name_of},
     study::{
-        budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::DesignVerification,
+        budget::BudgetStep,
+        design::Plan,
+        judge,
+        order::StockOrder,
+        verdict::{Verdict, seen_in_words},
+        verification::{DesignVerification, Seen},
     },
     surface::SurfaceSpline,
 };
@@ -86,7 +91,7 @@ impl DesignPage<'_> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let BlockDrawings { shape, drawing, contours } = self.drawings;
-        let exposure = Exposure::of(&plan.target, plan.transfer.into());
+        let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
         warnings.extend(
@@ -111,7 +116,7 @@ impl DesignPage<'_> {
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
             difference: Some(difference_view(&wanted, &light, exposure)),
-            others: self.others(&wanted, exposure),
+            others: self.others(),
             budget: self.verification.map(|verification| costs(&verification.steps)).unwrap_or_default(),
             summary: Some(&block.summary),
             drawing: Some(drawing.clone()),
@@ -123,13 +128,11 @@ impl DesignPage<'_> {
         write_html(path, &page).map_err(Failure::writing)
     }
 
-    /// The wanted light and the one that is drawn, in picture order: the verifier's, or the
-    /// solver's own.
+    /// The picture and what the eye gets of it, in picture order: by the verifier, or the solver's
+    /// own view.
     fn lights(&self) -> (Field<f64>, Field<f64>) {
-        match (self.verification, self.block.light.first()) {
-            (Some(verification), _) => {
-                (judge::field_of(&verification.target), judge::field_of(&verification.judgement.caustic))
-            }
+        match (self.verification.and_then(|verification| verification.seen.as_ref()), self.block.light.first()) {
+            (Some(seen), _) => (judge::field_of(&seen.target), judge::field_of(&seen.image)),
             (None, Some(light)) => {
                 let wanted = self.plan.target.resampled(light.nx(), light.ny());
                 (to_picture_order(wanted.cells()), to_picture_order(light))
@@ -142,26 +145,32 @@ impl DesignPage<'_> {
     }
 
     fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
-        let note = match (
-            self.verification.map(|verification| verification.judgement.picture.as_ref()),
-            self.block.light.first(),
-        ) {
-            (Some(Some(verdict)), _) => {
-                format!("Traced through the file as read back. {}.", in_words(&verdict.metrics))
-            }
-            (None, None) => "Not traced: this is the target.".into(),
-            _ => "As the solver itself sees it; no exported file was traced.".into(),
+        let (title, note) = match (self.verification.map(|v| v.seen.as_ref()), self.block.light.first()) {
+            (Some(Some(seen)), _) => (
+                "What the eye will get",
+                format!(
+                    "Traced through the file as read back{}: {}. {}.",
+                    seen.what,
+                    seen_in_words(seen.likeness.ssim).1,
+                    in_words(seen.likeness)
+                ),
+            ),
+            (None, None) => ("Target", "Not traced: this is the target.".into()),
+            _ => ("Simulated light", "As the solver itself sees it; no exported file was traced.".into()),
         };
-        light_view("Simulated light", light, exposure, note)
+        light_view(title, light, exposure, note)
     }
 
-    fn others(&self, wanted: &Field<f64>, exposure: Exposure) -> Vec<(View, View)> {
+    /// In perfect light, and step by step.
+    fn others(&self) -> Vec<(View, View)> {
         let Some(verification) = self.verification else { return Vec::new() };
-        let mut views = step_views(&verification.steps, wanted, exposure);
-        if let Some(finished) = &verification.finished {
-            let note = format!("{}.", in_words(&finished.view.metrics));
-            let light = judge::field_of(&finished.view.image);
-            views.insert(0, pair("After the finish", wanted, &light, exposure, note));
+        let exposure = Exposure::of(&self.plan.target, self.plan.transfer.into());
+        let wanted = judge::field_of(&verification.target);
+        let mut views = step_views(&verification.steps, &wanted, exposure);
+        if let (true, Some(picture)) = (verification.is_seen_otherwise(), &verification.judgement.picture) {
+            let note = format!("{}; what is to be drawn there is not the picture itself.", in_words(&picture.metrics));
+            let light = judge::field_of(&verification.judgement.caustic);
+            views.insert(0, pair("As designed, in perfect light", &wanted, &light, exposure, note));
         }
         views
     }
@@ -169,26 +178,14 @@ impl DesignPage<'_> {
     fn highlights(&self) -> Vec<Highlight> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let metrics = self
-            .verification
-            .and_then(|verification| verification.judgement.picture.as_ref())
-            .map(|verdict| &verdict.metrics);
-        let finished = self
-            .verification
-            .and_then(|verification| verification.finished.as_ref())
-            .map(|finished| &finished.view.metrics);
         let mut highlights = Vec::new();
-        if let Some(metrics) = finished {
-            highlights.push(error_highlight(metrics, "RMS, relative to the mean, after the finish"));
-        } else if let Some(metrics) = metrics {
-            highlights.push(error_highlight(metrics, "RMS, relative to the mean light"));
-        }
-        if let Some(metrics) = finished.or(metrics) {
+        if let Some(seen) = self.verification.and_then(|verification| verification.seen.as_ref()) {
+            highlights.push(error_highlight(seen.likeness, "RMS, relative to the mean light"));
             highlights.push(highlight(
                 "Likeness",
-                format!("{:.4}", metrics.ssim),
+                format!("{:.3}", seen.likeness.ssim),
                 "",
-                "SSIM; 1 is the picture itself".into(),
+                format!("SSIM: {}", seen_in_words(seen.likeness.ssim).1),
             ));
         }
         let (size, stock) = (bench.block(), solid.stock_extent());
@@ -294,22 +291,21 @@ pub(crate) fn pictures(settings: &Settings, verified: bool) -> Vec<&'static str>
     if !verified {
         return vec![WEAKNESS];
     }
-    let finished = settings.finish.map(|_| FINISHED);
-    let spread = settings.has_spread();
-    ALWAYS.into_iter().chain(finished).chain(spread.then_some(IMPERFECT)).collect()
+    let otherwise = settings.finish.is_some() || settings.has_spread();
+    ALWAYS.into_iter().chain(otherwise.then_some(PERFECT)).collect()
 }
 
 /// What is drawn of every design that is judged.
 const ALWAYS: [&str; 6] = ["panel", "caustic", "difference", "budget", "contours", "drawing"];
-/// After a finish, and in light that is not perfect.
-const FINISHED: &str = "finished";
-const IMPERFECT: &str = "seen";
+/// As designed, in perfect light, where that is not what the eye gets.
+const PERFECT: &str = "perfect";
 /// Of a design that is not judged.
 pub(crate) const WEAKNESS: &str = "weakness";
 
-/// Draws a design that was judged: the light alone, the panel of target, light and difference, the
-/// error budget, the isocontours of the exit face, the block with its dimensions, and the light
-/// after a finish and in imperfect light. Every picture is given to `write` with its kind.
+/// Draws a design that was judged: the panel of picture, what the eye gets, and the difference; that
+/// light alone; the difference; the error budget; the isocontours of the exit face; the block with its
+/// dimensions; and where the eye gets something else than perfect light through the face as designed,
+/// a panel of that. Every picture is given to `write` with its kind.
 ///
 /// # Errors
 /// Those of `write`.
@@ -319,34 +315,31 @@ pub(crate) fn draw<T: Send>(
     drawings: &BlockDrawings,
     write: impl Fn(&'static str, &GrayImage) -> Result<T, Failure> + Sync,
 ) -> Result<Vec<T>, Failure> {
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let [target, caustic] = [&verification.target, &verification.judgement.caustic].map(judge::field_of);
-    let error = verification.judgement.picture.as_ref().map_or(f64::NAN, |verdict| verdict.metrics.rel_rms);
-    let note = format!("(relative RMS {error:.4})");
-    let finished = verification.finished.as_ref().map(|finished| {
-        let note = format!("after the finish (relative RMS {:.4})", finished.view.metrics.rel_rms);
-        (judge::field_of(&finished.view.image), note)
-    });
-    let imperfect = verification.imperfect.as_ref().map(|imperfect| {
-        let note = format!("in the light that there is (relative RMS {:.4})", imperfect.likeness().rel_rms);
-        let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
-        ([&imperfect.target, &imperfect.image].map(judge::field_of), exposure, note)
-    });
+    let exposure = |target| Exposure::of(target, plan.transfer.into());
+    let (seen, perfect) = (exposure(&plan.requirements.perceived), exposure(&plan.target));
+    let judgement = &verification.judgement;
+    let error = judgement.picture.as_ref().map_or(f64::NAN, |picture| picture.metrics.rel_rms);
+    let in_perfect_light = [&verification.target, &judgement.caustic].map(judge::field_of);
+    let ([target, caustic], note) = match &verification.seen {
+        Some(Seen { likeness, what, image, target }) => {
+            ([target, image].map(judge::field_of), format!("relative RMS {:.4}{what}", likeness.rel_rms))
+        }
+        None => (in_perfect_light.clone(), format!("relative RMS {error:.4}")),
+    };
     type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
     let always: [Draw; ALWAYS.len()] = [
-        Box::new(|| panel(&target, &caustic, exposure, &note)),
-        Box::new(|| irradiance_picture(&caustic, exposure)),
-        Box::new(|| difference_picture(&target, &caustic, exposure)),
-        Box::new(|| steps_sheet(&verification.steps, &verification.target, exposure)),
+        Box::new(|| panel(&target, &caustic, seen, &note)),
+        Box::new(|| irradiance_picture(&caustic, seen)),
+        Box::new(|| difference_picture(&target, &caustic, seen)),
+        Box::new(|| steps_sheet(&verification.steps, &verification.target, perfect)),
         Box::new(|| drawings.contours.sheet()),
         Box::new(|| drawings.drawing.raster()),
     ];
     let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
-    if let Some((image, note)) = &finished {
-        pictures.push((FINISHED, Box::new(|| panel(&target, image, exposure, note))));
-    }
-    if let Some(([target, image], exposure, note)) = &imperfect {
-        pictures.push((IMPERFECT, Box::new(|| panel(target, image, *exposure, note))));
+    if verification.is_seen_otherwise() {
+        let [target, light] = &in_perfect_light;
+        let note = format!("relative RMS {error:.4}, as designed, in perfect light");
+        pictures.push((PERFECT, Box::new(move || panel(target, light, perfect, &note))));
     }
     pictures.par_iter().map(|(kind, draw)| write(kind, &draw())).collect()
 }
