@@ -57,7 +57,6 @@ fn benches_that_physics_forbids_are_refused_with_the_value_and_the_remedy() {
         ("--source-distance 300mm --emission gaussian:2deg", "2 % are needed"),
         ("--source-distance 300mm --emission gaussian:95deg", "between 0.1deg and 89deg"),
         ("--window 900mm", "totally reflected"),
-        ("--wavelength 532nm", "add --material"),
     ] {
         let refused = workshop.run(&format!("design picture.png --nodes 65 -o block.stl {flags}"));
         assert_eq!(refused.code, REFUSED, "{flags}: {}{}", refused.out, refused.err);
@@ -77,7 +76,7 @@ fn white_light_is_looked_at_where_the_material_is_known() {
     assert!(seen.out.contains("colours part") && seen.out.contains("486.1 nm"), "{}", seen.out);
     let picture = image::open(workshop.path("white.png")).unwrap().to_rgb8();
     assert!(picture.pixels().any(|p| p[0] != p[2]), "no colours");
-    let plain = workshop.run(&format!("design picture.png {COMMON} --no-verify --no-report -o plain.stl"));
+    let plain = workshop.run(&format!("design picture.png {COMMON} --ior 1.5 --no-verify --no-report -o plain.stl"));
     assert_eq!(plain.code, FINE, "{}", plain.err);
     let refused = workshop.run("verify plain.stl --photons 100000 --pixels 32 --white white.png");
     assert_eq!(refused.code, REFUSED);

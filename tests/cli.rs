@@ -14,7 +14,7 @@ use std::{fs, path::Path};
 fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     let workshop = Workshop::new();
     let outcome =
-        workshop.run("design picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
+        workshop.run("design -v --pictures picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     for name in [
         "block.stl",
@@ -54,7 +54,7 @@ fn a_workshop_gets_its_files_its_frame_and_what_each_of_them_costs() {
     let workshop = Workshop::new();
     workshop.draw_chiral_picture();
     let outcome = workshop.run(
-        "design chiral.png -o block.stl -o block.step -o block.3mf -o block.ply --height-map block.heights.png \
+        "design -v --pictures chiral.png -o block.stl -o block.step -o block.3mf -o block.ply --height-map block.heights.png \
          --height-map block.heights.exr --nodes 97 --thickness 20mm --rim 8mm,2mm --mark 5mm --origin corner \
          --step-tolerance 0.001",
     );
@@ -138,8 +138,8 @@ fn figure(text: &str, name: &str) -> f64 {
 #[test]
 fn the_budget_tells_the_plane_from_the_surface() {
     let workshop = Workshop::new();
-    let near = workshop.run("design picture.png -o near.stl --nodes 97 --distance 60").out;
-    let far = workshop.run("design picture.png -o far.stl --nodes 97 --distance 900").out;
+    let near = workshop.run("design -v picture.png -o near.stl --nodes 97 --distance 60").out;
+    let far = workshop.run("design -v picture.png -o far.stl --nodes 97 --distance 900").out;
     for out in [&near, &far] {
         // The solver's view of its own surface and the verifier's of the file are one light, and
         // the file has all digits that matter.
@@ -299,7 +299,7 @@ fn settings_that_exclude_each_other_are_refused_wherever_they_stand() {
         "[design]\npicture = \"picture.png\"\nnodes = 33\nmaterial = \"pmma\"\nlight = \"parallel\"\n",
     )
     .unwrap();
-    let outcome = workshop.run("design d.toml -o b.stl --no-verify --no-report --ior 1.6 --source-distance 1m");
+    let outcome = workshop.run("design -v d.toml -o b.stl --no-verify --no-report --ior 1.6 --source-distance 1m");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     assert!(outcome.out.contains("index 1.6") && outcome.out.contains("a point 1000.0 mm away"), "{}", outcome.out);
     for word in

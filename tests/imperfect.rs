@@ -9,7 +9,7 @@ use common::{
 use image::{GrayImage, ImageBuffer, Luma};
 use std::{fmt::Write as _, fs};
 
-const LINE: &str = "design chiral.png --nodes 97 --transfer linear --no-report";
+const LINE: &str = "design -v chiral.png --nodes 97 --transfer linear --no-report --pictures";
 
 fn workshop() -> Workshop {
     let workshop = Workshop::new();
@@ -59,7 +59,7 @@ fn a_wide_source_is_made_up_for_and_the_gain_is_traced() {
         assert_eq!(workshop.run("design with.toml -o again.stl --no-verify --no-report").code, FINE);
         assert!(same_solid(&workshop, "with.stl", "again.stl"), "{flags}");
         assert!(!same_solid(&workshop, "with.stl", "without.stl"), "{flags}");
-        assert!(workshop.path("with.seen.png").exists());
+        assert!(workshop.path("with.perfect.png").exists());
     }
     let limited = workshop.run("verify with.stl --max-error 0.001");
     assert_eq!(limited.code, SHORT);

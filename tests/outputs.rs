@@ -18,12 +18,12 @@ fn every_command_repeats_itself_and_replaces_nothing_of_anybody_else() {
     let shop = furnished();
     for (line, outputs) in [
         (
-            "design picture.png --nodes 33 -o d.stl -o d.obj --height-map d.png",
+            "design --pictures picture.png --nodes 33 -o d.stl -o d.obj --height-map d.png",
             &["d.stl", "d.obj", "d.png", "d.toml", "d.panel.png", "d.drawing.png", "d.report.html"][..],
         ),
-        ("design picture.png --nodes 33 --no-verify -o n.stl", &["n.weakness.png", "n.report.html"]),
+        ("design --pictures picture.png --nodes 33 --no-verify -o n.stl", &["n.weakness.png", "n.report.html"]),
         ("design picture.png --nodes 33 --outline circle --no-verify --height-map h.exr -o h.stl", &["h.mask.png"]),
-        ("design picture.png --nodes 33 --finish polish=0.5mm -o f.stl", &["f.finished.png"]),
+        ("design --pictures picture.png --nodes 33 --finish polish=0.5mm -o f.stl", &["f.perfect.png"]),
         ("preview picture.png --nodes 33 -o p.html -o p.png", &["p.html", "p.png"]),
         ("verify b.stl --photons 20000 --pixels 16 -o v.exr -o v.png --report v.html", &["v.exr", "v.png", "v.html"]),
         ("verify b.stl --photons 20000 --pixels 16 --tally t.exr", &["t.exr"]),
@@ -92,7 +92,7 @@ fn inputs_are_never_replaced() {
         ("design picture.png --nodes 33 -o q.stl --height-map sub/../picture.png", "picture.png"),
         ("design picture.png --nodes 33 -o q.stl --height-map link.png", "picture.png"),
         ("design picture.png --nodes 33 -o q.stl --height-map hard.png", "picture.png"),
-        ("design q.caustic.png --nodes 33 -o q.stl", "q.caustic.png"),
+        ("design --pictures q.caustic.png --nodes 33 -o q.stl", "q.caustic.png"),
         ("design design.toml -o design.stl", "design.toml"),
         ("design beam.toml -o q.stl --height-map beam.png", "beam.png"),
         ("design b.toml -o b.stl", "b.toml"),

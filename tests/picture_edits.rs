@@ -26,10 +26,10 @@ fn a_picture_that_was_stored_sideways_makes_the_block_of_the_upright_one() {
     for name in ["rgb8.png", "turned6.png"] {
         borrow(&workshop, name);
     }
-    let upright = workshop.run(&format!("design rgb8.png -o upright.stl {SMALL}"));
+    let upright = workshop.run(&format!("design -v rgb8.png -o upright.stl {SMALL}"));
     assert_eq!(upright.code, FINE, "{}", upright.err);
     assert!(!upright.out.contains("picture   "), "{}", upright.out);
-    let turned = workshop.run(&format!("design turned6.png -o turned.stl {SMALL}"));
+    let turned = workshop.run(&format!("design -v turned6.png -o turned.stl {SMALL}"));
     assert!(
         turned.out.contains("picture        26 x 18 pixels, turned upright (EXIF orientation 6)"),
         "{}",
@@ -44,7 +44,7 @@ fn an_edited_block_is_made_again_by_its_side_file_and_judged_by_the_edited_pictu
     workshop.draw_chiral_picture();
     let edits = "--crop 4,2,40,26 --rotate 90deg --flip horizontal --levels 0.1,0.95,1.2 --invert --background white";
     let made =
-        workshop.run(&format!("design chiral.png -o edited.stl {edits} --nodes 65 --size 40mm --distance 150mm"));
+        workshop.run(&format!("design -v chiral.png -o edited.stl {edits} --nodes 65 --size 40mm --distance 150mm"));
     assert_eq!(made.code, FINE, "{}", made.err);
     let said = "picture        26 x 40 pixels, cropped to 4,2,40,26, turned by 90deg clockwise, flipped horizontally, levels 0.1,0.95,1.2, inverted";
     assert!(made.out.contains(said), "{}", made.out);
@@ -62,12 +62,12 @@ fn an_edited_block_is_made_again_by_its_side_file_and_judged_by_the_edited_pictu
         "background = \"white\"",
     ];
     assert!(written.iter().all(|line| side.contains(line)) && !side.contains("transfer"), "{side}");
-    let again = workshop.run("design edited.toml -o again.stl --no-report");
+    let again = workshop.run("design -v edited.toml -o again.stl --no-report");
     assert_eq!(again.code, FINE, "{}", again.err);
     assert!(block(&workshop, "edited.stl") == block(&workshop, "again.stl"));
     // A flag goes before the file.
     let upright =
-        workshop.run("design edited.toml -o other.stl --no-verify --no-report --invert=false --rotate 180deg");
+        workshop.run("design -v edited.toml -o other.stl --no-verify --no-report --invert=false --rotate 180deg");
     assert!(upright.out.contains("turned by 180deg clockwise") && !upright.out.contains("inverted"), "{}", upright.out);
 }
 
@@ -93,7 +93,7 @@ fn flat_pictures_are_refused_with_what_made_them_flat() {
     workshop.refuses("design grey.png -o a.stl", REFUSED, &["every pixel is 0.216 of white"]);
     workshop.refuses("design dark.png -o a.stl --levels 0.5,1", REFUSED, &["levels 0.5,1", "between 0.157 and 0.353"]);
     workshop.refuses("design dark.png -o a.stl --crop 0,0,15,40", REFUSED, &["--crop 0,0,15,40"]);
-    let white = workshop.run(&format!("design logo.png -o white.stl --background white {SMALL}"));
+    let white = workshop.run(&format!("design -v logo.png -o white.stl --background white {SMALL}"));
     assert_eq!(white.code, FINE, "{}", white.err);
     assert!(white.out.contains("its transparent parts on white"), "{}", white.out);
     let faint = workshop.run(&format!("design faint.png -o faint.stl {SMALL}"));
@@ -121,7 +121,7 @@ fn refusals_are_one_sentence_with_the_remedy() {
         let said = workshop.run(line).err;
         assert!(line.contains("nothing") || !said.contains("because"), "{said}");
     }
-    let chosen = workshop.run(&format!("design two_layers.exr -o a.stl --layer ViewLayer.Combined {SMALL}"));
+    let chosen = workshop.run(&format!("design -v two_layers.exr -o a.stl --layer ViewLayer.Combined {SMALL}"));
     assert!(chosen.out.contains("layer 'ViewLayer.Combined'"), "{}{}", chosen.out, chosen.err);
 }
 
@@ -130,7 +130,7 @@ fn a_drawing_is_as_sharp_as_the_nodes_can_draw() {
     let workshop = Workshop::new();
     borrow(&workshop, "letter.svg");
     for (nodes, width) in [(65, 32), (97, 48)] {
-        let made = workshop.run(&format!("design letter.svg -o a.stl --nodes {nodes} --no-verify --no-report"));
+        let made = workshop.run(&format!("design -v letter.svg -o a.stl --nodes {nodes} --no-verify --no-report"));
         assert_eq!(made.code, FINE, "{}", made.err);
         assert!(made.out.contains(&format!("picture        {width} x ")), "{}", made.out);
     }

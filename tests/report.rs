@@ -170,7 +170,7 @@ fn a_preview_says_what_would_come() {
         line.split_once("relief").unwrap().1.split_whitespace().next().unwrap().parse().unwrap()
     };
     let block =
-        workshop.run("design picture.png --transfer linear --distance 40cm --no-verify --no-report -o block.stl");
+        workshop.run("design -v picture.png --transfer linear --distance 40cm --no-verify --no-report -o block.stl");
     let (coarse, fine) = (relief(&outcome.out), relief(&block.out));
     // A unit of the last digit that is printed; rounding may make two of it.
     at_worst(5e-3, (coarse / fine - 1.0).abs(), format_args!("{coarse} mm for {fine} mm"));

@@ -414,7 +414,7 @@ fn trimmed_faces_that_do_not_fit_their_walls_are_refused_by_name() {
 fn a_round_block_is_made_as_step_judged_and_judged_again() {
     let workshop = Workshop::new();
     let made = workshop.run(
-        "design picture.png -o round.stl -o round.step --nodes 65 --transfer linear --outline circle --origin corner --no-report",
+        "design -v picture.png -o round.stl -o round.step --nodes 65 --transfer linear --outline circle --origin corner --no-report",
     );
     assert_eq!(made.code, FINE, "{}", made.err);
     assert!(made.out.contains("round.step") && made.out.contains("control points"), "{}", made.out);

@@ -92,6 +92,21 @@ fn the_page_about_json_names_every_key() {
 }
 
 #[test]
+fn the_short_help_of_a_design_fits_a_screen_and_names_the_long_one() {
+    let shop = Workshop::new();
+    let (short, long) = (shop.run("design -h"), shop.run("design --help"));
+    let lines = |text: &str| text.lines().count();
+    assert!(lines(&short.out) <= 45, "{} lines:\n{}", lines(&short.out), short.out);
+    assert!(lines(&long.out) > 3 * lines(&short.out));
+    for flag in ["--size", "--distance", "--material", "--source-size", "--finish", "--help"] {
+        assert!(short.out.contains(flag), "{flag} is not in\n{}", short.out);
+    }
+    for flag in ["--deconvolution-rounds", "--caustic-mesh"] {
+        assert!(!short.out.contains(flag) && long.out.contains(flag), "{flag}");
+    }
+}
+
+#[test]
 fn help_fits_a_screen_and_begins_with_an_example() {
     let shop = Workshop::new();
     let help = shop.run("--help");
@@ -102,7 +117,7 @@ fn help_fits_a_screen_and_begins_with_an_example() {
     assert!(help.out.lines().all(|line| line.chars().count() <= 100), "{}", help.out);
     assert_eq!(shop.run("-h").out, help.out);
     for command in
-        ["design", "preview", "verify", "check", "mill", "crosscheck", "materials", "presets", "completions", "man"]
+        ["design", "preview", "verify", "check", "mill", "ready", "crosscheck", "materials", "presets", "completions", "man"]
     {
         assert!(help.out.contains(&format!("\n  {command}")), "{command}");
         assert_eq!(shop.run(&format!("{command} --help")).code, FINE);
