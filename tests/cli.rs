@@ -13,8 +13,8 @@ use std::{fs, path::Path};
 #[test]
 fn a_picture_becomes_files_of_every_format_with_a_side_file_and_pictures() {
     let workshop = Workshop::new();
-    let outcome =
-        workshop.run("design -v --pictures picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
+    let outcome = workshop
+        .run("design -v --pictures picture.png -o block.stl -o block.glb -o block.obj --nodes 97 --transfer linear");
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     for name in [
         "block.stl",

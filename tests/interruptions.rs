@@ -18,7 +18,8 @@ use workshop::{FILE, FINE, Workshop};
 
 const DESIGN: &str = "design --pictures picture.png --nodes 33 -o block.stl -o block.3mf --height-map block.exr";
 /// The same files from another bench: what lies there before.
-const OLDER: &str = "design --pictures picture.png --nodes 17 --distance 300mm -o block.stl -o block.3mf --height-map block.exr";
+const OLDER: &str =
+    "design --pictures picture.png --nodes 17 --distance 300mm -o block.stl -o block.3mf --height-map block.exr";
 
 fn binary() -> PathBuf {
     assert_cmd::cargo::cargo_bin!("glasswarp").to_path_buf()

@@ -122,7 +122,7 @@ fn outputs_that_are_one_file_and_names_that_cannot_be_recorded_are_refused() {
     for (line, words) in [
         ("design picture.png --nodes 33 -o q.stl -o ./q.stl", "the same file"),
         ("design picture.png --nodes 33 -o q.stl -o Q.stl", "upper and lower case"),
-        ("design picture.png --nodes 33 -o q.stl --height-map q.caustic.png", "the same file"),
+        ("design --pictures picture.png --nodes 33 -o q.stl --height-map q.caustic.png", "the same file"),
         ("verify b.stl --photons 20000 -o v.png --white v.png", "the same file"),
         ("mill b.stl --step-over 2mm -o w.png -o w.png", "the same file"),
     ] {

@@ -116,9 +116,19 @@ fn help_fits_a_screen_and_begins_with_an_example() {
     assert!((20..=30).contains(&lines), "{lines} lines:\n{}", help.out);
     assert!(help.out.lines().all(|line| line.chars().count() <= 100), "{}", help.out);
     assert_eq!(shop.run("-h").out, help.out);
-    for command in
-        ["design", "preview", "verify", "check", "mill", "ready", "crosscheck", "materials", "presets", "completions", "man"]
-    {
+    for command in [
+        "design",
+        "preview",
+        "verify",
+        "check",
+        "mill",
+        "ready",
+        "crosscheck",
+        "materials",
+        "presets",
+        "completions",
+        "man",
+    ] {
         assert!(help.out.contains(&format!("\n  {command}")), "{command}");
         assert_eq!(shop.run(&format!("{command} --help")).code, FINE);
     }
@@ -134,7 +144,7 @@ fn shells_and_man_get_their_pages() {
     assert!(shop.run("man").out.contains(".TH glasswarp 1"));
     assert_eq!(shop.run("man -o .").code, FINE);
     let pages: Vec<_> = shop.files().into_iter().filter(|name| name.ends_with(".1")).collect();
-    assert_eq!(pages.len(), 11, "{pages:?}");
+    assert_eq!(pages.len(), 12, "{pages:?}");
     let page = fs::read_to_string(shop.path("glasswarp-design.1")).unwrap();
     assert!(page.contains("receiver") && page.contains("preset"));
 }

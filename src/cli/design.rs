@@ -55,12 +55,14 @@ use std::{
 
 #[derive(clap::Args)]
 pub(crate) struct DesignArgs {
-    /// The picture (PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, SVG), or a design file (.toml)
-    /// that names it
+    /// The picture, or a design file (.toml) that names it
+    ///
+    /// PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, or SVG.
     picture: PathBuf,
 
-    /// A file to write; its extension is the format: .stl, .obj, .glb, .step, .3mf or .ply. May be
-    /// given several times [default: the picture's name with .stl, in the working folder]
+    /// A file to write (.stl .step .3mf .obj .glb .ply), several times if need be
+    ///
+    /// Its extension is the format [default: the picture's name with .stl, in the working folder]
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
 
@@ -90,12 +92,15 @@ pub(crate) struct DesignArgs {
     #[arg(long, hide_short_help = true)]
     no_verify: bool,
 
-    /// Write the pictures of the report as files too, beside the first file: panel, caustic,
-    /// difference, budget, contours, drawing (.png)
+    /// Write the pictures of the report as files too (.png)
+    ///
+    /// Beside the first file: panel, caustic, difference, budget, contours, drawing.
     #[arg(long)]
     pictures: bool,
 
-    /// Write everything into this folder, which is made if it is not there, with all pictures
+    /// Write everything into this folder, with all pictures
+    ///
+    /// It is made if it is not there.
     #[arg(long, value_name = "DIR")]
     out_dir: Option<PathBuf>,
 

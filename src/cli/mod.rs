@@ -32,8 +32,7 @@ use std::{path::PathBuf, process::ExitCode};
 const EXAMPLE: &str = "\
 Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
-  glasswarp ready portrait.stl --cutter ball:d6mm --step-over 0.1mm --polish 0.1mm --source-size sun
-  glasswarp verify portrait.stl --target portrait.png";
+  glasswarp ready portrait.stl --cutter ball:d6mm --step-over 0.1mm --polish 0.1mm";
 
 const CLOSING: &str = "\
 Lengths take um, mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,
@@ -65,8 +64,7 @@ struct Cli {
     #[arg(long, global = true, display_order = 992)]
     force: bool,
 
-    /// Tell all that was found out, and stages with their times on standard error; -vv and -vvv tell
-    /// more
+    /// Tell all that was found out, and what takes how long; -vv and -vvv more
     #[arg(short, long, global = true, action = clap::ArgAction::Count, display_order = 991)]
     verbose: u8,
 }
@@ -74,6 +72,10 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     /// Make a block from a picture, export it, and trace light through it
+    #[command(
+        after_help = "These are the settings that most people use; 'glasswarp design --help' tells all.",
+        after_long_help = ""
+    )]
     Design(design::DesignArgs),
     /// Look at what a picture would become, in a second or two
     Preview(preview::PreviewArgs),
@@ -83,7 +85,7 @@ enum Command {
     Check(check::CheckArgs),
     /// Mill and polish a block in simulation, and judge every step
     Mill(mill::MillArgs),
-    /// Ask all that matters before a slab is paid for, and print one sheet for maker and shop
+    /// Ask all that matters before a slab is paid for; one sheet to print
     Ready(ready::ReadyArgs),
     /// Show a block to an independent renderer, and compare
     Crosscheck(crosscheck::CrosscheckArgs),

@@ -47,16 +47,21 @@ settings! {
     #[arg(skip)]
     picture: PathBuf,
 
-    /// A common set-up to start from: its settings hold where neither a flag nor the design file
-    /// says otherwise ('glasswarp presets' lists them)
+    /// A common set-up to start from ('glasswarp presets')
+    ///
+    /// Its settings hold where neither a flag nor the design file says otherwise.
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     preset: PresetName,
 
-    /// Width of the block; its height follows the picture's aspect [default: 100mm]
+    /// Width of the block [default: 100mm]
+    ///
+    /// Its height follows the picture's aspect.
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     size: Length,
 
-    /// From the mean plane of the exit face to the receiver [default: 250mm]
+    /// From the curved face to the receiver [default: 250mm]
+    ///
+    /// Counted from the mean plane of the exit face, along the axis.
     #[arg(long, value_name = "LENGTH", help_heading = "Bench", allow_hyphen_values = true)]
     distance: Length,
 
@@ -76,7 +81,7 @@ settings! {
     #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Bench", allow_hyphen_values = true, hide_short_help = true)]
     receiver_tilt: Inclination,
 
-    /// The exit face is a mirror, lit from the receiver's side
+    /// The face is a mirror, lit from the receiver's side
     #[arg(long, value_name = "BOOL", help_heading = "Bench", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     mirror: bool,
 
@@ -85,8 +90,10 @@ settings! {
     #[arg(long, value_name = "KIND", help_heading = "Light", value_parser = LightName::of_flag, hide_short_help = true)]
     light: LightName,
 
-    /// Let the light come from the side, at this angle to the axis of the block: 30deg from the
-    /// picture's top, 30deg,90deg from its right (180 bottom, 270 left) [default: straight]
+    /// Let the light come from above: 30deg, or a side: 30deg,90deg
+    ///
+    /// The angle to the axis of the block, and from where: without a side from the picture's top, 90deg
+    /// from its right, 180deg from its bottom, 270deg from its left [default: straight]
     #[arg(long, value_name = "ANGLE[,SIDE]", help_heading = "Light", allow_hyphen_values = true)]
     tilt: Inclination,
 
@@ -113,13 +120,16 @@ settings! {
     #[arg(long, value_name = "WAVELENGTH", help_heading = "Bench", hide_short_help = true)]
     wavelength: Wavelength,
 
-    /// Material of the block: pmma (cast acrylic), polycarbonate, bk7, ... ('glasswarp materials'
-    /// lists them); its index may be told by --ior instead [default: pmma]
+    /// Material: pmma, bk7, ... ('glasswarp materials') [default: pmma]
+    ///
+    /// Cast acrylic unless something else is said; the index may be told by --ior instead.
     #[arg(long, value_name = "NAME", help_heading = "Bench")]
     material: String,
 
-    /// Thickness of the block: from the entry face to the highest point of the exit face [default:
-    /// the thinnest standard sheet that holds the relief, less --facing]
+    /// Thickness of the block [default: by the sheet]
+    ///
+    /// From the entry face to the highest point of the exit face; by default that of the thinnest
+    /// standard sheet that holds the relief, less --facing.
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true)]
     thickness: Length,
 
@@ -132,8 +142,10 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Block", allow_hyphen_values = true, hide_short_help = true)]
     min_thickness: Length,
 
-    /// Size of the source, whose spread is corrected for: sun or 0.53deg for parallel light; 5mm (a
-    /// disc) or 5x3mm for a point source; none for a laser, and for what else spreads nothing
+    /// Size of the light: sun, 0.5deg, 5mm, or none for a laser
+    ///
+    /// Its spread is corrected for: sun or 0.53deg for parallel light; 5mm (a disc) or 5x3mm for a point
+    /// source; none for a laser, and for what else spreads nothing.
     #[arg(long, value_name = "SIZE", help_heading = "Imperfect light", allow_hyphen_values = true)]
     source_size: SourceName,
 
@@ -177,8 +189,10 @@ settings! {
     #[arg(long, value_name = "N", help_heading = "Block", hide_short_help = true)]
     nodes: usize,
 
-    /// A planar rim around the exit face: WIDTH,HEIGHT, its plane HEIGHT above the highest point of
-    /// the face; negative: a flange below the face, to clamp the block by [default: none]
+    /// A rim or flange around the face: 10mm,2mm or 10mm,-4mm
+    ///
+    /// WIDTH,HEIGHT: its plane lies HEIGHT above the highest point of the face; negative: a flange below
+    /// the face, to clamp the block by [default: none]
     #[arg(long, value_name = "WIDTH,HEIGHT", help_heading = "Block", allow_hyphen_values = true)]
     rim: RimSize,
 
@@ -224,8 +238,9 @@ settings! {
     #[arg(long, value_name = "NAME", help_heading = "Picture", hide_short_help = true)]
     layer: String,
 
-    /// Use this part of the upright picture alone, counted from its top left corner, in pixels or
-    /// per cent: 100,50,640,480 or 10%,0%,80%,100%
+    /// Use a part of the picture: 100,50,640,480 or 10%,0%,80%,100%
+    ///
+    /// Of the upright picture, counted from its top left corner, in pixels or per cent.
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", help_heading = "Picture", allow_hyphen_values = true)]
     crop: Crop,
 
@@ -259,10 +274,11 @@ settings! {
     #[arg(long, value_name = "LENGTH", help_heading = "Solver", allow_hyphen_values = true, hide_short_help = true)]
     min_radius: Length,
 
-    /// Make the face such that the light is right after it has been finished: polish=0.1mm is a
-    /// polish that blurs heights with this standard deviation; also
+    /// Make a face that is right after its polish: polish=0.1mm
+    ///
+    /// A polish that blurs heights with this standard deviation; also
     /// polish=0.1mm,cutter=ball:d6mm,step-over=0.1mm, and gain=6 limits how much any wave is
-    /// amplified for it (transport solver)
+    /// amplified for it (transport solver).
     #[arg(long, value_name = "FINISH", help_heading = "Solver")]
     finish: FinishPlan,
 }

@@ -2,7 +2,7 @@
 //! have at hand.
 
 use super::{
-    Figure,
+    figure::Figure,
     page::{Facts, FileRecord, View},
     signal::{Signal, TrafficLight},
 };
