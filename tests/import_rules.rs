@@ -34,7 +34,7 @@ const DESIGNER_LAYERS: &[(&str, &[&str])] = &[
     ("memory", &["grid", "solid", "transport"]),
     ("pipeline", &["bench", "grid", "irradiance", "light", "optics", "optim", "solid", "solver", "surface"]),
     ("failure", &["bench", "export", "irradiance", "pipeline", "solid", "solver"]),
-    ("spec", &["failure", "fabricate", "grid", "irradiance", "solid", "surface"]),
+    ("spec", &["failure", "fabricate", "grid", "irradiance", "materials", "solid", "surface"]),
     ("record", &["failure", "solid", "spec"]),
     (
         "study",

@@ -144,7 +144,7 @@ fn found_and_milled_blocks_have_reports_if_they_are_asked_for() {
     let milled = workshop.run("mill block.stl --cutter ball:3mm --step-over 0.5mm --polish 0.3mm --report milled.html");
     assert_eq!(milled.code, FINE, "{}", milled.err);
     let html = fs::read_to_string(workshop.path("milled.html")).unwrap();
-    for part in ["Light after the work", "milled with ball, 6 mm diameter", "Scallops", "min at 2000 mm per minute"] {
+    for part in ["Light after the work", "milled with ball, 6 mm diameter", "Scallops", "min at 2000 mm/min"] {
         assert!(html.contains(part), "{part}");
     }
     let files = workshop.files();
@@ -175,5 +175,5 @@ fn a_preview_says_what_would_come() {
     // A unit of the last digit that is printed; rounding may make two of it.
     at_worst(5e-3, (coarse / fine - 1.0).abs(), format_args!("{coarse} mm for {fine} mm"));
     workshop.refuses("preview picture.png -o look.stl", REFUSED, &["look.stl", ".html or .png"]);
-    workshop.refuses("preview picture.png --distance 1um", REFUSED, &["um"]);
+    workshop.refuses("preview picture.png --distance 1ly", REFUSED, &["unknown unit 'ly'"]);
 }

@@ -17,7 +17,7 @@ use crate::{
     memory::Method,
     pipeline::{self, DesignError, DesignedBlock},
     record::document,
-    solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, Stock},
+    solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, SolidError, Stock},
     solver::{Problem, Progress, Silent, SolveError, Solver},
     spec::{DRAWING_NODES, Host, Length, QualityName, Settings, SolverName, TransferName, name_of},
     surface::HeightField,
@@ -289,7 +289,12 @@ impl Plan {
         })
         .map_err(|error| match (&error, self.settings.distance) {
             // Who has not said where the receiver is may not know where it stands.
-            (DesignError::Trapped { .. } | DesignError::Solve(SolveError::TotalInternalReflection { .. }), None) => {
+            (
+                DesignError::Trapped { .. }
+                | DesignError::Solve(SolveError::TotalInternalReflection { .. })
+                | DesignError::Solid(SolidError::TooDeep { .. }),
+                None,
+            ) => {
                 Failure::Usage(format!(
                     "{error} (`distance`, `offset`); nothing was said of the distance, and the receiver stands at {} mm, which is too near for a block {} mm wide",
                     self.bench.distance_mm(),
