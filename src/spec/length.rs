@@ -17,6 +17,7 @@ impl FromStr for Length {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (number, unit) = number_and_unit(text, '"');
+        let value = finite(number).map_err(|_| format!("'{text}' is no length; write 250mm, 25cm or 9.8in"))?;
         let scale = match unit {
             "" | "mm" => 1.0,
             "um" | "\u{b5}m" | "\u{3bc}m" => 1e-3,
@@ -25,7 +26,7 @@ impl FromStr for Length {
             "in" | "\"" => 25.4,
             other => return Err(format!("unknown unit '{other}'; use um, mm, cm, m or in (a bare number is mm)")),
         };
-        Ok(Self { mm: finite(number)? * scale })
+        Ok(Self { mm: value * scale })
     }
 }
 
