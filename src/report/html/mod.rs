@@ -25,7 +25,8 @@ use crate::{
     report::{
         budget::{Cost, budget_chart, rounded},
         isocontours::contour_interval_mm,
-        svg::{Escaped, Svg, png_uri},
+        drawing::Drawing,
+        svg::{Escaped, png_uri},
     },
     surface::SurfaceSpline,
 };
@@ -91,7 +92,7 @@ pub fn render(page: &Page<'_>) -> String {
         sections: [Across::X, Across::Y].map(|across| section(model, &spline, &fan, across)).into(),
         budget: (!page.budget.is_empty()).then(|| budget(&page.budget)),
         convergence: page.summary.and_then(Convergence::of),
-        drawing: page.drawing.as_ref().map(Svg::uri),
+        drawing: page.drawing.as_ref().map(Sheet::of),
         style: include_str!("style.css"),
         viewer: include_str!("viewer.js"),
         script: include_str!("page.js"),
@@ -122,7 +123,7 @@ struct Whole<'a> {
     /// The chart as an element.
     budget: Option<String>,
     convergence: Option<Convergence>,
-    drawing: Option<String>,
+    drawing: Option<Sheet>,
     style: &'static str,
     viewer: &'static str,
     script: &'static str,
@@ -152,6 +153,23 @@ impl Figure {
     }
 }
 
+/// A workshop drawing: its views as a picture, and its notes as text, which is read at any width.
+struct Sheet {
+    uri: String,
+    width: u32,
+    height: u32,
+    /// In paragraphs.
+    notes: Vec<Vec<String>>,
+}
+
+impl Sheet {
+    fn of(drawing: &Drawing) -> Self {
+        let (width, height) = drawing.views.size();
+        let notes = drawing.notes.split(String::is_empty).map(<[String]>::to_vec).collect();
+        Self { uri: drawing.views.uri(), width, height, notes }
+    }
+}
+
 /// The error budget, with its figures in words for those who cannot see it.
 fn budget(costs: &[Cost]) -> String {
     let step = |cost: &Cost| match cost.errors {
@@ -161,13 +179,14 @@ fn budget(costs: &[Cost]) -> String {
         None => cost.name.clone(),
     };
     let steps: Vec<String> = costs.iter().map(step).collect();
-    let words = format!("Relative RMS error of the light, step by step, on a logarithmic scale. {}", steps.join("; "));
+    let words = format!("Relative RMS error of the light, step by step, along an axis of its square root. {}", steps.join("; "));
     budget_chart(costs).element(&format!("class=\"paper ink\" role=\"img\" aria-label=\"{}\"", Escaped(&words)))
 }
 
 /// The face as isocontours and maps.
 struct FaceFigures {
-    contours: String,
+    /// Its address, width and height.
+    contours: (String, u32, u32),
     interval: String,
     slope: ColourMap,
     hollow: ColourMap,
@@ -176,7 +195,10 @@ struct FaceFigures {
 impl FaceFigures {
     fn of(model: &Model<'_>) -> Self {
         let (contours, (slope, hollow)) = rayon::join(
-            || model.contours.picture.uri(),
+            || {
+                let (width, height) = model.contours.picture.size();
+                (model.contours.picture.uri(), width, height)
+            },
             || {
                 rayon::join(
                     || maps::slope(model.slope, model.surface.extent(), MAP_PX),

@@ -2,8 +2,8 @@
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
-    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, target_view,
-    traffic_light,
+    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, stock_facts,
+    target_view, traffic_light,
 };
 use crate::{
     fabricate::FaceShape,
@@ -13,16 +13,15 @@ use crate::{
     pipeline::DesignedBlock,
     report::{
         budget::budget_sheet,
-        drawing::dimensioned_drawing,
+        drawing::Drawing,
         html::{Facts, FileRecord, Highlight, Page, View, write_html},
         isocontours::Isocontours,
         pictures::{Exposure, difference_picture, irradiance_picture},
         sheet::panel,
-        svg::Svg,
     },
     spec::{Settings, name_of},
     study::{
-        budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::DesignVerification,
+        budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::{DesignVerification, Seen},
     },
     surface::SurfaceSpline,
 };
@@ -31,28 +30,32 @@ use image::GrayImage;
 use rayon::prelude::*;
 use std::{path::Path, time::Duration};
 
+const WHAT_THE_EYE_GETS: &str = "What the eye gets";
+
 /// What is drawn of a block alone: nothing of it waits for a file.
 pub(crate) struct BlockDrawings {
     pub(crate) shape: FaceShape,
-    pub(crate) drawing: Svg,
+    pub(crate) drawing: Drawing,
+    pub(crate) order: StockOrder,
     pub(crate) contours: Isocontours,
 }
 
 impl BlockDrawings {
     pub(crate) fn of(block: &DesignedBlock, plan: &Plan) -> Self {
-        let order = StockOrder::of_design(&block.solid, &plan.settings).notes();
+        let order = StockOrder::of_design(&block.solid, &plan.settings);
+        let notes = order.notes();
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
             || FaceShape::of_spline(surface, &spline),
             || {
                 rayon::join(
-                    || dimensioned_drawing(solid, &plan.bench, &order),
+                    || Drawing::of(solid, &plan.bench, &notes),
                     || Isocontours::of_spline(surface, &spline),
                 )
             },
         );
-        Self { shape, drawing, contours }
+        Self { shape, drawing, order, contours }
     }
 }
 
@@ -85,9 +88,10 @@ impl DesignPage<'_> {
     pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let BlockDrawings { shape, drawing, contours } = self.drawings;
+        let BlockDrawings { shape, drawing, order, contours } = self.drawings;
         let exposure = Exposure::of(&plan.target, plan.transfer.into());
         let (wanted, light) = self.lights();
+        let (target, caustic, difference) = self.seen(&wanted, &light, exposure);
         let mut warnings = block.summary.warnings.clone();
         warnings.extend(
             self.verification
@@ -108,10 +112,14 @@ impl DesignPage<'_> {
             warnings,
             highlights: self.highlights(),
             model: model(solid, bench, shape, contours),
-            target: Some(target_view(&wanted, exposure)),
-            caustic: self.caustic(&light, exposure),
-            difference: Some(difference_view(&wanted, &light, exposure)),
-            others: self.others(&wanted, exposure),
+            target: Some(target),
+            caustic,
+            maker: vec![
+                stock_facts(order),
+                bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), block.surface.range_mm().1),
+            ],
+            difference: Some(difference),
+            others: self.others((&wanted, &light), exposure),
             budget: self.verification.map(|verification| costs(&verification.steps)).unwrap_or_default(),
             summary: Some(&block.summary),
             drawing: Some(drawing.clone()),
@@ -141,7 +149,7 @@ impl DesignPage<'_> {
         }
     }
 
-    fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
+    fn caustic(&self, title: &str, light: &Field<f64>, exposure: Exposure) -> View {
         let note = match (
             self.verification.map(|verification| verification.judgement.picture.as_ref()),
             self.block.light.first(),
@@ -152,16 +160,48 @@ impl DesignPage<'_> {
             (None, None) => "Not traced: this is the target.".into(),
             _ => "As the solver itself sees it; no exported file was traced.".into(),
         };
-        light_view("Simulated light", light, exposure, note)
+        light_view(title, light, exposure, note)
     }
 
-    fn others(&self, wanted: &Field<f64>, exposure: Exposure) -> Vec<(View, View)> {
+    /// What the eye shall see, what it gets, and how far they are apart: in the light that there is
+    /// and after the finish, as far as these are known.
+    fn seen(&self, wanted: &Field<f64>, light: &Field<f64>, exposure: Exposure) -> (View, View, View) {
+        let views = |wanted: &Field<f64>, light: &Field<f64>, exposure, note: String| {
+            let caustic = light_view(WHAT_THE_EYE_GETS, light, exposure, note);
+            (target_view(wanted, exposure), caustic, difference_view(wanted, light, exposure))
+        };
+        let finished = self.verification.and_then(|verification| verification.finished.as_ref());
+        let imperfect = self.verification.and_then(|verification| verification.imperfect.as_ref());
+        match (imperfect, finished) {
+            (Some(imperfect), _) => {
+                let exposure = Exposure::of(&self.plan.requirements.perceived, self.plan.transfer.into());
+                let [target, image] = [&imperfect.target, &imperfect.image].map(judge::field_of);
+                let note = format!("In the light that there is. {}.", in_words(imperfect.likeness()));
+                views(&target, &image, exposure, note)
+            }
+            (None, Some(finished)) => {
+                let note = format!("After the finish. {}.", in_words(&finished.view.metrics));
+                views(wanted, &judge::field_of(&finished.view.image), exposure, note)
+            }
+            (None, None) => {
+                let caustic = self.caustic(WHAT_THE_EYE_GETS, light, exposure);
+                (target_view(wanted, exposure), caustic, difference_view(wanted, light, exposure))
+            }
+        }
+    }
+
+    fn others(&self, (wanted, light): (&Field<f64>, &Field<f64>), exposure: Exposure) -> Vec<(View, View)> {
         let Some(verification) = self.verification else { return Vec::new() };
         let mut views = step_views(&verification.steps, wanted, exposure);
-        if let Some(finished) = &verification.finished {
+        if let (Some(finished), Some(_)) = (&verification.finished, &verification.imperfect) {
             let note = format!("{}.", in_words(&finished.view.metrics));
             let light = judge::field_of(&finished.view.image);
-            views.insert(0, pair("After the finish", wanted, &light, exposure, note));
+            views.insert(0, pair("After the finish, in perfect light", wanted, &light, exposure, note));
+        }
+        if verification.finished.is_some() || verification.imperfect.is_some() {
+            let title = "As designed, in perfect light";
+            let (_, difference) = pair(title, wanted, light, exposure, String::new());
+            views.insert(0, (self.caustic(title, light, exposure), difference));
         }
         views
     }
@@ -169,27 +209,11 @@ impl DesignPage<'_> {
     fn highlights(&self) -> Vec<Highlight> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let metrics = self
-            .verification
-            .and_then(|verification| verification.judgement.picture.as_ref())
-            .map(|verdict| &verdict.metrics);
-        let finished = self
-            .verification
-            .and_then(|verification| verification.finished.as_ref())
-            .map(|finished| &finished.view.metrics);
         let mut highlights = Vec::new();
-        if let Some(metrics) = finished {
-            highlights.push(error_highlight(metrics, "RMS, relative to the mean, after the finish"));
-        } else if let Some(metrics) = metrics {
-            highlights.push(error_highlight(metrics, "RMS, relative to the mean light"));
-        }
-        if let Some(metrics) = finished.or(metrics) {
-            highlights.push(highlight(
-                "Likeness",
-                format!("{:.4}", metrics.ssim),
-                "",
-                "SSIM; 1 is the picture itself".into(),
-            ));
+        if let Some(Seen { likeness, what }) = self.verification.and_then(|verification| verification.seen.as_ref()) {
+            highlights.push(error_highlight(*likeness, &format!("RMS, relative to the mean light{what}")));
+            let note = "SSIM; 1 is the picture itself".into();
+            highlights.push(highlight("Likeness", format!("{:.4}", likeness.ssim), "", note));
         }
         let (size, stock) = (bench.block(), solid.stock_extent());
         highlights.extend([
@@ -276,7 +300,6 @@ impl DesignPage<'_> {
         let mut facts = vec![
             Facts { title: "Block".into(), rows },
             Facts { title: "Frame of the files".into(), rows: frame },
-            bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), high),
             Facts { title: "Picture".into(), rows: picture },
         ];
         if let Some(verification) = self.verification {
@@ -339,7 +362,7 @@ pub(crate) fn draw<T: Send>(
         Box::new(|| difference_picture(&target, &caustic, exposure)),
         Box::new(|| steps_sheet(&verification.steps, &verification.target, exposure)),
         Box::new(|| drawings.contours.sheet()),
-        Box::new(|| drawings.drawing.raster()),
+        Box::new(|| drawings.drawing.sheet().raster()),
     ];
     let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
     if let Some((image, note)) = &finished {
