@@ -45,6 +45,21 @@ fn brightness(image: &RgbaImage) -> f64 {
         / (765.0 * f64::from(image.width() * image.height()))
 }
 
+/// How alike the greys of two pictures are, from -1, the negative, to 1.
+fn correlation(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let greys = |image: &RgbaImage| -> Vec<f64> {
+        image.pixels().map(|p| f64::from(p[0]) + f64::from(p[1]) + f64::from(p[2])).collect()
+    };
+    let centred = |values: Vec<f64>| {
+        let mean = values.iter().sum::<f64>() / values.len() as f64;
+        values.into_iter().map(|v| v - mean).collect::<Vec<_>>()
+    };
+    let (a, b) = (centred(greys(a)), centred(greys(b)));
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    product(&a, &b) / (product(&a, &a) * product(&b, &b)).sqrt()
+}
+
 #[test]
 fn the_report_of_a_design_works_in_a_browser() {
     let workshop = Workshop::new();
@@ -72,6 +87,9 @@ fn the_report_of_a_design_works_in_a_browser() {
     assert_eq!(found["focus"], "fine", "every control is reached by the keyboard");
     assert!(found["command"].as_str().is_some_and(|text| text.starts_with("glasswarp design chiral.png -o block.stl")));
 
+    assert_eq!(found["folded"], "fine", "a link unfolds what is for the engineer");
+    assert_eq!(found["narrow"], Value::Array(vec![]), "nothing is cut off, and no words lie over buttons");
+
     let shot = |name: &str| shot(&shots, name);
     let start = shot("start");
     let colours: std::collections::BTreeSet<_> = start.pixels().map(|p| p.0).collect();
@@ -97,11 +115,26 @@ fn the_report_of_a_design_works_in_a_browser() {
         let share = changed(&start, &shot(&format!("{name}-reset")));
         assert!(share < 1e-4, "after {name}, a reset leaves {share} of the picture changed");
     }
+    // Rays end on the picture: where it is, it is the same with them and without.
+    let (bare, unlit) = (shot("bare"), shot("no-rays"));
+    let differ = |a: &RgbaImage, b: &RgbaImage, x: u32, y: u32, by: u8| {
+        (0..3).any(|k| a.get_pixel(x, y)[k].abs_diff(b.get_pixel(x, y)[k]) > by)
+    };
+    let all = (0..start.height()).flat_map(|y| (0..start.width()).map(move |x| (x, y)));
+    let picture: Vec<(u32, u32)> = all.filter(|&(x, y)| differ(&bare, &unlit, x, y, 24)).collect();
+    let crossed = picture.iter().filter(|&&(x, y)| differ(&start, &unlit, x, y, 3)).count();
+    assert!(picture.len() > 5_000, "{} pixels of the picture", picture.len());
+    assert!(crossed * 50 < picture.len(), "rays cross {crossed} of {} pixels of the picture", picture.len());
     // What is zoomed in fills more of the canvas.
     assert!(changed(&shot("dragged"), &shot("zoomed")) > 0.005);
 
     let (light, dark) = (shot("page-light"), shot("page-dark"));
     assert!(brightness(&light) > 0.7 && brightness(&dark) < 0.4, "{} {}", brightness(&light), brightness(&dark));
+    for name in ["contours", "slope", "light"] {
+        let [day, night] = ["light", "dark"].map(|scheme| shot(&format!("{name}-{scheme}")));
+        let alike = correlation(&day, &night);
+        assert!(alike > 0.98, "{name} by night is {alike} like that by day");
+    }
     assert!(found["pdf-pages"].as_u64().is_some_and(|pages| (2..=20).contains(&pages)), "{found}");
     // Without WebGL 2 there is a still picture and a word about it, and no complaint.
     assert_eq!(found["still"], "fine");

@@ -218,14 +218,12 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         let (word, colour) = if *passed { ("ok  ", AnsiColor::Green) } else { ("FAIL", AnsiColor::Red) };
         say!("  {}  {what:<11} {}", console::coloured(word, colour), with_flags(says));
     }
-    let mut pictures = maps::maps(args.cutter, &subject, &study.shape);
     let traced = piece.as_ref().map(|piece| ToleranceStudy::of(&tolerances, piece, &progress)).transpose();
     progress.finish();
-    if let (Ok(Some(traced)), Some(piece)) = (&traced, &piece) {
+    if let Ok(Some(traced)) = &traced {
         print_tolerances(traced);
         if let Ok(focus) = &traced.focus {
             print_focus(focus, traced.distance_mm);
-            pictures.extend(maps::tolerances(traced, exposure(piece)));
         }
     }
     let failed = study.failed();
@@ -242,7 +240,10 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         tolerances: traced.as_ref().ok().and_then(|traced| traced.as_ref()?.document()),
     }));
     if let Some(output) = &args.output {
-        report::write_png(output, &report::contact_sheet(&pictures, 3, 420)).map_err(Failure::writing)?;
+        let traced = traced.as_ref().ok().and_then(|traced| traced.as_ref()).filter(|traced| traced.focus.is_ok());
+        let traced = traced.zip(piece.as_ref()).map(|(traced, piece)| (traced, exposure(piece)));
+        let sheet = maps::check_sheet(args.cutter, &subject, &study.shape, traced);
+        report::write_png(output, &sheet).map_err(Failure::writing)?;
     }
     traced?.map_or(Ok(()), |traced| traced.focus.map(drop))?;
     if failed.is_empty() {

@@ -27,21 +27,27 @@ const RISES: [u32; 3] = [34, 48, 78];
 const BARS: f64 = 560.0;
 /// Room for figures beyond the longest bar.
 const BEYOND: f64 = 90.0;
-const HEAD: u32 = 40;
+const HEAD: u32 = 58;
 const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
 const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };
 const GRID: Pen = Pen { width: 0.6, grey: 205 };
 const BAR: u8 = 90;
 /// Of a bar.
 const THICK: f64 = 12.0;
-/// Ends of the logarithmic axis of errors, as powers of ten.
-const DECADES: (i32, i32) = (-4, 0);
+/// Figures along the axis of errors.
+const TICKS: [f64; 8] = [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0];
+/// What the eye makes of a relative RMS error, as the tutorial says, up to the end of each band,
+/// and its grey.
+const BANDS: [(f64, &str, u8); 3] =
+    [(0.01, "not seen", 255), (0.1, "seen beside the picture", 246), (1.0, "seen at once", 236)];
 
 /// How far along the axis an error lies, from 0 to 1.
+///
+/// The axis is that of the error's square root. Along a logarithm, .08 and .30 look alike, though
+/// one is a fine picture and the other a bad one; along the error itself, all steps of a good design
+/// are one thin line.
 fn along(error: f64) -> f64 {
-    let decades = f64::from(DECADES.1 - DECADES.0);
-    let part = (error.log10() - f64::from(DECADES.0)) / decades;
-    if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
+    if error.is_nan() { 0.0 } else { error.clamp(0.0, 1.0).sqrt() }
 }
 
 /// An error with the digits that tell steps apart.
@@ -49,7 +55,7 @@ pub(super) fn rounded(error: f64) -> String {
     if error < 1e-3 { format!("{error:.5}") } else { format!("{error:.4}") }
 }
 
-/// Draws the steps from top to bottom, the error as a bar on a logarithmic scale.
+/// Draws the steps from top to bottom, the error as a bar along an axis of its square root.
 pub fn budget_chart(costs: &[Cost]) -> Svg {
     chart(&costs.iter().map(|cost| (cost, Vec::new())).collect::<Vec<_>>(), &[], (0, 0))
 }
@@ -69,7 +75,7 @@ pub fn budget_sheet(target: &Field<f64>, steps: &[(Cost, Option<Field<f64>>)], e
     };
     let rows: Vec<_> =
         steps.iter().map(|(cost, light)| (cost, light.as_ref().map(pictures).unwrap_or_default())).collect();
-    chart(&rows, &["the light", "difference × 4"], (width, height)).raster()
+    chart(&rows, &["the light, as on the wall", "difference × 4"], (width, height)).raster()
 }
 
 fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u32, u32)) -> Svg {
@@ -84,16 +90,28 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
     let total = HEAD + rows.iter().map(rise).sum::<u32>() + MARGIN;
     let mut sheet = Svg::new(end as u32 + MARGIN, total);
     let place = |error: f64| begin + BARS * along(error);
-    for power in DECADES.0..=DECADES.1 {
-        let x = place(10f64.powi(power));
-        sheet.line(DVec2::new(x, 34.0), DVec2::new(x, f64::from(total - MARGIN)), GRID);
-        let label = format!("{:.*}", (-power).max(0) as usize, 10f64.powi(power));
-        let anchor = if power == DECADES.0 { Anchor::Start } else { Anchor::Middle };
-        sheet.text(DVec2::new(x, 26.0), anchor, &label, FINE);
+    let (upper, lower) = (f64::from(HEAD) - 6.0, f64::from(total - MARGIN));
+    let mut from = 0.0;
+    for (to, eye, grey) in BANDS {
+        let (a, b) = (place(from), place(to));
+        sheet.area(DVec2::new(a, upper), DVec2::new(b - a, lower - upper), grey);
+        sheet.fitted_text(DVec2::new(0.5 * (a + b), 26.0), Anchor::Middle, eye, FINE, b - a - 4.0);
+        from = to;
     }
-    sheet.text(DVec2::new(begin, 9.0), Anchor::Start, "relative RMS error", FINE);
+    for tick in TICKS {
+        let x = place(tick);
+        sheet.line(DVec2::new(x, upper), DVec2::new(x, lower), GRID);
+        sheet.text(DVec2::new(x, 44.0), Anchor::Middle, &format!("{tick}"), FINE);
+    }
+    sheet.text(
+        DVec2::new(begin, 9.0),
+        Anchor::Start,
+        "relative RMS error (axis of its square root), to the eye:",
+        FINE,
+    );
     for (k, title) in (0u32..).zip(titles) {
-        sheet.text(DVec2::new(f64::from(MARGIN + k * (width + MARGIN)), 26.0), Anchor::Start, title, FINE);
+        let at = DVec2::new(f64::from(MARGIN + k * (width + MARGIN)), 44.0);
+        sheet.fitted_text(at, Anchor::Start, title, FINE, f64::from(width));
     }
     let mut top = HEAD;
     for row in rows {
@@ -142,18 +160,23 @@ mod tests {
                 .filter(|&(i, j)| sheet.get_pixel(i, j).0[0] == BAR)
                 .count()
         };
-        let (short, long) = (ink(40..154), ink(154..268));
-        // Two decades of a bar; a digit differs, and letters have pixels of a bar's grey.
-        let decades = 2.0 * BARS / f64::from(DECADES.1 - DECADES.0) * THICK;
-        assert!(short > 1000, "{short}");
-        within_tenth_of(4.0, (long as f64 - short as f64 - decades).abs(), format_args!("{short} {long}"));
-        assert!(ink(268..sheet.height()) < 20);
+        let rows = [HEAD, HEAD + 114, HEAD + 228];
+        let (short, long) = (ink(rows[0]..rows[1]), ink(rows[1]..rows[2]));
+        // A digit differs, and letters have pixels of a bar's grey.
+        let longer = (0.1_f64.sqrt() - 0.001_f64.sqrt()) * BARS * THICK;
+        assert!(short > 150, "{short}");
+        within_tenth_of(4.0, (long as f64 - short as f64 - longer).abs(), format_args!("{short} {long}"));
+        assert!(ink(rows[2]..sheet.height()) < 20);
     }
 
     #[test]
     fn a_chart_takes_words_as_words_and_errors_beyond_its_axis() {
-        assert_eq!([1e-5, 1e-4, 1e-2, 5.0].map(along), [0.0, 0.0, 0.5, 1.0]);
-        assert_eq!([along(0.0), along(f64::NAN)], [0.0; 2]);
+        assert_eq!([0.0, 0.25, 1.0, 5.0].map(along), [0.0, 0.5, 1.0, 1.0]);
+        assert_eq!([along(-1.0), along(f64::NAN)], [0.0; 2]);
+        // What the eye tells apart at a glance is apart on the chart, and what it does not see is
+        // still a bar.
+        let [fine, bad, least] = [0.08, 0.3, 1e-3].map(|error| BARS * along(error));
+        assert!(bad - fine > 140.0 && least > 15.0, "{fine} {bad} {least}");
         let cost = |error| Cost { name: "a <step>".into(), errors: Some((error, 0.0)) };
         let chart = budget_chart(&[cost(0.0), cost(f64::NAN), cost(f64::INFINITY)]);
         assert!(chart.raster().pixels().any(|p| p.0[0] == BAR));

@@ -23,7 +23,7 @@ const NOTES: f64 = 560.0;
 const SECTION: f64 = 120.0;
 /// Greatest stretch of heights.
 const MOST_STRETCH: f64 = 20.0;
-const TEXT: Lettering = Lettering { height: 12.0, grey: 20, halo: 2.0 };
+const TEXT: Lettering = Lettering { height: 14.0, grey: 20, halo: 2.0 };
 const NOTE: Lettering = Lettering { height: 11.0, grey: 20, halo: 0.0 };
 const OUTLINE: Pen = Pen { width: 2.2, grey: 0 };
 const DIMENSION: Pen = Pen { width: 1.0, grey: 110 };
@@ -34,32 +34,94 @@ const AWAY: f64 = 60.0;
 /// Length of an arrow's head, pixels.
 const HEAD: f64 = 11.0;
 
-/// Draws a block in the coordinates of its files, mm, with its light and the way to its receiver.
+/// A block as a workshop draws it, in the coordinates of its files, mm, with its light and the way
+/// to its receiver.
 ///
 /// The view from above has `+x` to the right and `+y` up, as CAM programs show it. The section lies
-/// in the plane `y = 0` of the bench, with heights stretched as it says.
-///
-/// `order` is what to order, in lines.
-pub fn dimensioned_drawing(solid: &Solid, bench: &Bench, order: &[String]) -> Svg {
-    let stock = solid.stock_extent();
-    let scale = PLAN / stock.width_mm.max(stock.height_mm);
-    let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
-    let tall = scale * stretch * solid.thickness_mm();
-    let size = DVec2::new(scale * stock.width_mm, scale * stock.height_mm);
-    let width = (size.x + 2.0 * MARGIN + NOTES) as u32;
-    let height = (size.y + tall + 3.0 * MARGIN) as u32;
-    let mut image = Svg::new(width, height);
-    let centre = DVec2::new(MARGIN, MARGIN) + 0.5 * size;
-    let plan = Plan { solid, scale, centre };
-    plan.draw(&mut image);
-    let section = Section { solid, bench, scale, stretch, left: MARGIN, bottom: size.y + 2.0 * MARGIN + tall };
-    section.draw(&mut image);
-    let notes = notes(solid, bench, order, stretch);
-    for (k, note) in notes.iter().enumerate() {
-        let at = DVec2::new(size.x + 2.0 * MARGIN, MARGIN + 26.0 * k as f64);
-        image.fitted_text(at, Anchor::Start, note, NOTE, NOTES);
+/// in the plane `y = 0` of the bench, or in `x = 0` if the light is tilted more in that one, with
+/// heights stretched as it says.
+#[derive(Clone, Debug)]
+pub struct Drawing {
+    /// The view from above and the section.
+    pub views: Svg,
+    /// What is written beside them, in lines; an empty one parts them.
+    pub notes: Vec<String>,
+    /// From the left of the views to the notes, and down to the first, pixels.
+    beside: DVec2,
+}
+
+impl Drawing {
+    /// Draws a block. `order` is what to order, in lines.
+    pub fn of(solid: &Solid, bench: &Bench, order: &[String]) -> Self {
+        let stock = solid.stock_extent();
+        let scale = PLAN / stock.width_mm.max(stock.height_mm);
+        let stretch = (SECTION / (scale * solid.thickness_mm())).clamp(1.0, MOST_STRETCH).floor();
+        let tall = scale * stretch * solid.thickness_mm();
+        let size = DVec2::new(scale * stock.width_mm, scale * stock.height_mm);
+        let cut = Cut::of(bench);
+        let length = cut.along(size).max(size.x);
+        let mut views = Svg::new((length + 2.0 * MARGIN) as u32, (size.y + tall + 3.0 * MARGIN) as u32);
+        let centre = DVec2::new(MARGIN, MARGIN) + 0.5 * size;
+        Plan { solid, bench, scale, centre }.draw(&mut views);
+        let bottom = size.y + 2.0 * MARGIN + tall;
+        Section { solid, bench, cut, scale, stretch, left: MARGIN, bottom }.draw(&mut views);
+        let notes = notes(solid, bench, order, stretch);
+        Self { views, notes, beside: DVec2::new(length + 2.0 * MARGIN, MARGIN) }
     }
-    image
+
+    /// Both on one sheet.
+    pub fn sheet(&self) -> Svg {
+        let (width, height) = self.views.size();
+        let mut sheet = Svg::new(width + NOTES as u32, height);
+        sheet.inset(0, 0, self.views.clone());
+        for (k, note) in self.notes.iter().enumerate() {
+            let at = self.beside + DVec2::new(0.0, 26.0 * k as f64);
+            sheet.fitted_text(at, Anchor::Start, note, NOTE, NOTES);
+        }
+        sheet
+    }
+}
+
+/// A [`Drawing`] with its notes, on one sheet.
+pub fn dimensioned_drawing(solid: &Solid, bench: &Bench, order: &[String]) -> Svg {
+    Drawing::of(solid, bench, order).sheet()
+}
+
+/// The plane of the section: that in which light is tilted more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Cut {
+    /// Along x, at y = 0.
+    X,
+    /// Along y, at x = 0.
+    Y,
+}
+
+impl Cut {
+    fn of(bench: &Bench) -> Self {
+        match bench.light() {
+            Light::Parallel { .. } => {
+                let light = bench.light_in_air();
+                // A rounding is no tilt.
+                if light.y.abs() > light.x.abs() + 1e-9 { Self::Y } else { Self::X }
+            }
+            Light::Point { .. } => Self::X,
+        }
+    }
+
+    /// What lies along the section of something in the plane of the face.
+    fn along(self, at: DVec2) -> f64 {
+        match self {
+            Self::X => at.x,
+            Self::Y => at.y,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "section at y = 0, +x to the right",
+            Self::Y => "section at x = 0, +y to the right",
+        }
+    }
 }
 
 /// A length without the digits that only rounding errors fill.
@@ -112,7 +174,7 @@ fn notes(solid: &Solid, bench: &Bench, order: &[String], stretch: f64) -> Vec<St
     notes.extend([
         "seen on the wall from the block's side:".to_owned(),
         "  the picture's left is +x, its top is +y".to_owned(),
-        format!("section at the middle, heights {stretch} × enlarged"),
+        format!("section through the axis, heights {stretch} × enlarged"),
     ]);
     notes
 }
@@ -135,6 +197,13 @@ fn light_notes(bench: &Bench, origin: DVec3) -> Vec<String> {
     }
 }
 
+/// How far parallel light is off the axis, in words.
+fn tilt(bench: &Bench) -> String {
+    let light = bench.light_in_air();
+    let degrees = light.truncate().length().atan2(light.z.abs()).to_degrees();
+    format!("{}° to the axis", (degrees * 100.0).round() / 100.0 + 0.0)
+}
+
 /// A direction to four digits.
 fn vector(direction: DVec3) -> String {
     let [x, y, z] = direction.to_array().map(|v| (v * 1e4).round() / 1e4 + 0.0);
@@ -144,6 +213,7 @@ fn vector(direction: DVec3) -> String {
 /// The view from above.
 struct Plan<'a> {
     solid: &'a Solid,
+    bench: &'a Bench,
     scale: f64,
     centre: DVec2,
 }
@@ -174,6 +244,21 @@ impl Plan<'_> {
         let corner = self.at(face) + DVec2::new(-96.0, 22.0);
         image.text(corner, Anchor::Middle, "picture's top left", TEXT);
         self.origin(image);
+        self.light(image);
+    }
+
+    /// Which way tilted light goes, seen from above.
+    fn light(&self, image: &mut Svg) {
+        let direction = self.bench.light_in_air();
+        let across = DVec2::new(direction.x, -direction.y);
+        if !matches!(self.bench.light(), Light::Parallel { .. }) || across.length() < 1e-9 {
+            return;
+        }
+        let along = across.normalize();
+        let from = self.centre - 0.34 * PLAN.min(2.0 * (self.centre.min_element() - MARGIN)) * along;
+        image.stroke(&arrow(from - 60.0 * along, from, HEAD), RAY);
+        let beside = from - 30.0 * along + DVec2::new(14.0, 12.0);
+        image.text(beside, Anchor::Start, &format!("light goes this way, {}", tilt(self.bench)), TEXT);
     }
 
     /// The origin of the files and its axes.
@@ -192,6 +277,7 @@ impl Plan<'_> {
 struct Section<'a> {
     solid: &'a Solid,
     bench: &'a Bench,
+    cut: Cut,
     scale: f64,
     stretch: f64,
     left: f64,
@@ -199,9 +285,9 @@ struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// A point of the bench, by x and z, on the picture.
-    fn at(&self, x: f64, z: f64) -> DVec2 {
-        let from_left = x + 0.5 * self.solid.stock_extent().width_mm;
+    /// A point of the bench, by its place along the section and z, on the picture.
+    fn at(&self, along: f64, z: f64) -> DVec2 {
+        let from_left = along + 0.5 * self.cut.along(self.solid.stock_extent().as_vec());
         let above = self.stretch * (z - self.solid.entry_z_mm());
         DVec2::new(self.left + self.scale * from_left, self.bottom - self.scale * above)
     }
@@ -210,14 +296,16 @@ impl Section<'_> {
         let (face, stock) = (self.solid.extent(), self.solid.stock_extent());
         let heights = self.solid.surface().heights_mm();
         let (nx, ny) = (heights.nx(), heights.ny());
-        let row = heights.row(ny / 2);
-        let (entry, half) = (self.solid.entry_z_mm(), 0.5 * stock.width_mm);
+        let (face, stock) = (self.cut.along(face.as_vec()), self.cut.along(stock.as_vec()));
+        let n = if self.cut == Cut::X { nx } else { ny };
+        let height = |k: usize| heights[if self.cut == Cut::X { (k, ny / 2) } else { (nx / 2, k) }];
+        let (entry, half) = (self.solid.entry_z_mm(), 0.5 * stock);
         let mut profile: Vec<DVec2> =
-            (0..nx).map(|i| self.at(face.width_mm * (i as f64 / (nx - 1) as f64 - 0.5), row[i])).collect();
+            (0..n).map(|k| self.at(face * (k as f64 / (n - 1) as f64 - 0.5), height(k))).collect();
         let top = entry + self.solid.thickness_mm();
         let edge = self.solid.rim_z_mm();
         if let Some(rim_z) = edge {
-            let inner = 0.5 * face.width_mm;
+            let inner = 0.5 * face;
             profile.splice(0..0, [self.at(-half, rim_z), self.at(-inner, rim_z)]);
             profile.extend([self.at(inner, rim_z), self.at(half, rim_z)]);
         }
@@ -230,32 +318,40 @@ impl Section<'_> {
         let sides = [self.at(-half, top), self.at(-half, entry)];
         dimension(image, sides, Beside::Upright(sides[0].x - AWAY), &thickness, TEXT);
         for k in 0..5 {
-            let x = half * (0.4 * f64::from(k) - 0.8);
-            let (z, direction) = self.light_at(x, entry, top);
-            let along = DVec2::new(direction.x, -direction.z).normalize_or(DVec2::NEG_Y);
-            let foot = self.at(x, z);
+            let t = half * (0.4 * f64::from(k) - 0.8);
+            let (z, direction) = self.light_at(t, entry, top);
+            // At its true angle: only heights are stretched.
+            let along = DVec2::new(self.cut.along(direction.truncate()), -direction.z).normalize_or(DVec2::NEG_Y);
+            let foot = self.at(t, z);
             image.stroke(&arrow(foot - 48.0 * along, foot - 8.0 * along, HEAD), RAY);
         }
         if let ExitFace::Refracts { .. } = self.bench.exit_face() {
-            image.text(self.at(0.0, entry) + DVec2::new(0.0, 66.0), Anchor::Middle, "light", TEXT);
+            let tilted = matches!(self.bench.light(), Light::Parallel { .. }) && self.bench.light_in_air() != DVec3::Z;
+            let light = if tilted { format!("light, {}", tilt(self.bench)) } else { "light".to_owned() };
+            image.text(self.at(0.0, entry) + DVec2::new(0.0, 70.0), Anchor::Middle, &light, TEXT);
         }
+        image.text(self.at(0.0, entry) + DVec2::new(0.0, 98.0), Anchor::Middle, self.cut.name(), TEXT);
         let origin = self.solid.origin_mm();
-        let at = self.at(origin.x, origin.z);
+        let at = self.at(self.cut.along(origin.truncate()), origin.z);
         let pen = Pen { width: 2.4, grey: 0 };
         image.line(at - DVec2::new(9.0, 0.0), at + DVec2::new(9.0, 0.0), pen);
         image.line(at - DVec2::new(0.0, 9.0), at + DVec2::new(0.0, 9.0), pen);
         image.text(at + DVec2::new(34.0, -16.0), Anchor::Middle, "origin", TEXT);
     }
 
-    /// Where light that comes to `x` is shown to arrive, and along which direction in air.
-    fn light_at(&self, x: f64, entry_z: f64, top_z: f64) -> (f64, DVec3) {
+    /// Where light that comes to a place along the section is shown to arrive, and along which
+    /// direction in air.
+    fn light_at(&self, along: f64, entry_z: f64, top_z: f64) -> (f64, DVec3) {
         let z = match self.bench.exit_face() {
             ExitFace::Refracts { .. } => entry_z,
             ExitFace::Reflects => top_z,
         };
         let direction = match self.bench.light() {
             Light::Parallel { .. } => self.bench.light_in_air(),
-            Light::Point { position_mm, .. } => DVec3::new(x, 0.0, z) - position_mm,
+            Light::Point { position_mm, .. } => {
+                let at = if self.cut == Cut::X { DVec2::new(along, 0.0) } else { DVec2::new(0.0, along) };
+                at.extend(z) - position_mm
+            }
         };
         (z, direction)
     }
@@ -319,6 +415,33 @@ mod tests {
         let lit = glass().with_point_source(lamp, -entry, Intensity::Isotropic).unwrap();
         let says = said(lit.with_receiver_turned(DVec3::new(0.3, 0.0, 0.0)).unwrap());
         assert!(says.contains("light from the point (3, 0, -100),") && says.contains("it leans"), "{says}");
+    }
+
+    #[test]
+    fn the_section_lies_where_the_light_is_tilted_and_its_arrows_follow() {
+        let along = |x: f64, y: f64| {
+            let light = DVec3::new(x, y, (1.0 - x * x - y * y).sqrt());
+            glass().with_light_in_air(light).unwrap()
+        };
+        for (bench, cut) in [(glass(), Cut::X), (along(0.3, 0.1), Cut::X), (along(0.1, -0.3), Cut::Y)] {
+            assert_eq!(Cut::of(&bench), cut);
+            let solid = solid(Shape::default());
+            let drawing = Drawing::of(&solid, &bench, &[]);
+            let section =
+                Section { solid: &solid, bench: &bench, cut, scale: 1.0, stretch: 1.0, left: 0.0, bottom: 0.0 };
+            let (_, direction) = section.light_at(0.0, solid.entry_z_mm(), 0.0);
+            assert!((direction - bench.light_in_air()).length() < 1e-12);
+            let words = drawing.views.element("");
+            let tilted = bench.light_in_air() != DVec3::Z;
+            assert_eq!(words.matches("18.43° to the axis").count(), if tilted { 2 } else { 0 }, "{words}");
+            assert_eq!(words.contains(Cut::Y.name()), cut == Cut::Y);
+        }
+        // The profile is that of the plane of the section: it is flat along x in the middle row
+        // only if the face is.
+        let ridge = HeightField::new(Extent::new(60.0, 40.0), Field::from_fn(13, 9, |_, j| 0.3 * j as f64));
+        let ridge = Solid::shaped(&ridge, Stock::of_thickness(12.0), Shape::default()).unwrap();
+        let profile = |bench: &Bench| Drawing::of(&ridge, bench, &[]).views.raster();
+        assert_ne!(profile(&glass()), profile(&along(0.0, 0.3)));
     }
 
     #[test]

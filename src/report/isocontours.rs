@@ -1,12 +1,12 @@
 //! Lines of equal height with their heights in mm (figures 12 to 14 of the paper, part c).
 
 use super::{
+    axes::{Axes, FROM_ABOVE, from_above, place},
     sheet::{Captioned, sheet},
     svg::{Anchor, Lettering, Pen, Svg, path, ring, text_width},
 };
 use crate::{
     grid::Field,
-    irradiance::to_picture_order,
     surface::{HeightField, SurfaceSpline},
 };
 use contour::ContourBuilder;
@@ -29,6 +29,8 @@ const TINT: [f64; 2] = [214.0, 255.0];
 const LINE_GREY: u8 = 40;
 /// Height of a figure, pixels.
 const TEXT_PX: f64 = 12.0;
+/// Height of a figure along the axes, pixels.
+const AXES_PX: f64 = 13.0;
 /// Least distance of labels of one line and of any two labels, pixels.
 const LABELS_APART_PX: [f64; 2] = [330.0, 85.0];
 /// How far a line may stray from the straight under its label, pixels.
@@ -48,14 +50,14 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
 /// The lines of equal height of an exit face, labelled in mm.
 #[derive(Clone, Debug)]
 pub struct Isocontours {
-    /// The lines. It lies like the picture on the wall (left = `+x`, top = `+y`), lighter where the
-    /// block is thicker.
+    /// The lines, lighter where the block is thicker, seen from above the face: `+x` is right and
+    /// `+y` up, as its axes say.
     pub picture: Svg,
     caption: String,
 }
 
 impl Isocontours {
-    /// Draws them on a picture whose longer side has [`LONGEST_PX`](Self::LONGEST_PX) pixels.
+    /// Draws them on a face whose longer side has [`LONGEST_PX`](Self::LONGEST_PX) pixels.
     pub fn of(surface: &HeightField) -> Self {
         Self::of_spline(surface, &SurfaceSpline::through(surface))
     }
@@ -67,14 +69,15 @@ impl Isocontours {
         let steps = interval.map_or_else(|| "flat".to_owned(), |mm| format!("a line every {} mm", rounded(mm)));
         let relief = format!("relief {:.*} mm", decimals(interval.unwrap_or(1.0)) + 1, surface.relief_mm());
         let caption = format!(
-            "height in mm, {steps}, {relief}, block {} × {} mm",
+            "{FROM_ABOVE}: height in mm, {steps}, {relief}, face {} × {} mm",
             rounded(size.width_mm),
             rounded(size.height_mm)
         );
-        Self { picture: drawing(surface, spline, interval, Self::LONGEST_PX), caption }
+        let drawing = drawing(surface, spline, interval, Self::LONGEST_PX);
+        Self { picture: Axes::new(size, AXES_PX).around(drawing), caption }
     }
 
-    /// Length of the longer side of the picture, pixels.
+    /// Length of the longer side of the face, pixels.
     pub const LONGEST_PX: u32 = 1000;
 
     /// The picture on a sheet with a caption.
@@ -101,12 +104,11 @@ fn drawing(surface: &HeightField, spline: &SurfaceSpline, interval: Option<f64>,
     let Some(interval) = interval else { return drawing };
     let relief = Relief::sample(surface, spline, width as usize, height as usize);
     let (low, high) = surface.range_mm();
-    let last = DVec2::new(width, height) - 1.0;
-    // From +x and +y to right and down.
-    let place = |at: DVec2| (0.5 - at / size) * last;
+    let place = |at: DVec2| place(at, size, (width as u32, height as u32));
     let outline = surface.contour();
     let tint = GrayImage::from_fn(width as u32, height as u32, |i, j| {
-        let at = -surface.extent().node(i as usize, j as usize, width as usize, height as usize);
+        let mut at = surface.extent().node(i as usize, j as usize, width as usize, height as usize);
+        at.y = -at.y;
         if !outline.is_rectangle() && !outline.contains(at) {
             return Luma([255]);
         }
@@ -129,13 +131,13 @@ struct Relief(Field<[f64; 3]>);
 impl Relief {
     fn sample(surface: &HeightField, spline: &SurfaceSpline, width: usize, height: usize) -> Self {
         let lattice = spline.lattice(width, height);
-        // From +x and +y to right and down.
-        let pixel = -surface.extent().node_spacing(width, height);
+        // +y is up, and rows go down.
+        let pixel = surface.extent().node_spacing(width, height) * DVec2::new(1.0, -1.0);
         let mut data = vec![[0.0; 3]; width * height];
         data.par_chunks_mut(width).enumerate().for_each_init(Vec::new, |scratch, (j, row)| {
             lattice.row(j, scratch, |i, z, slope| row[i] = [z, slope.x * pixel.x, slope.y * pixel.y]);
         });
-        Self(to_picture_order(&Field::from_vec(width, height, data)))
+        Self(from_above(&Field::from_vec(width, height, data)))
     }
 
     fn at(&self, i: usize, j: usize) -> [f64; 3] {
@@ -281,7 +283,7 @@ mod tests {
     use super::*;
     use crate::measured::at_worst;
     use crate::{
-        grid::Extent,
+        grid::{Extent, Outline},
         report::sheet::{CAPTION, MARGIN},
     };
 
@@ -329,14 +331,28 @@ mod tests {
     }
 
     #[test]
-    fn the_drawing_lies_like_the_picture_on_the_wall() {
+    fn the_drawing_is_seen_from_above_the_face() {
         let tilted = surface(9, 9, Extent::new(100.0, 50.0), |at| 0.01 * at.x + 0.01 * at.y);
         let relief = Relief::sample(&tilted, &SurfaceSpline::through(&tilted), 101, 51);
-        let [top_left, ..] = relief.at(0, 0);
-        assert!((top_left - 0.75).abs() < 1e-12, "top left is at greatest x and y");
+        let [[top_right, ..], [top_left, ..]] = [relief.at(100, 0), relief.at(0, 0)];
+        assert!((top_right - 0.75).abs() < 1e-12, "top right is at greatest x and y");
+        assert!((top_left + 0.25).abs() < 1e-12, "top left is at least x and greatest y");
         let [_, p, q] = relief.at(50, 25);
-        assert!((p + 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it falls to the right and downwards");
-        assert_eq!(drawing(&tilted, &SurfaceSpline::through(&tilted), Some(0.1), 400).size(), (400, 200));
+        assert!((p - 0.01).abs() < 1e-12 && (q + 0.01).abs() < 1e-12, "it rises to the right and upwards");
+        let drawn = drawing(&tilted, &SurfaceSpline::through(&tilted), Some(0.1), 400);
+        assert_eq!(drawn.size(), (400, 200));
+        // So does the tint: light where it is thick. Nothing else is so light as what lies between
+        // lines.
+        let picture = drawn.raster();
+        let tint = |left: u32, top: u32| {
+            let box_of = (0..30).flat_map(|k| (0..30).map(move |l| (left + k, top + l)));
+            box_of.map(|(i, j)| picture.get_pixel(i, j).0[0]).max().unwrap()
+        };
+        assert!(tint(360, 10) > tint(10, 10) && tint(10, 10) > tint(10, 160) && tint(360, 160) > tint(10, 160));
+        // A round face stands where it stands.
+        let round = HeightField::outlined(tilted.extent(), Outline::Circle, tilted.heights_mm().clone());
+        let picture = drawing(&round, &SurfaceSpline::through(&round), Some(10.0), 400).raster();
+        assert_eq!([(2, 2), (397, 197)].map(|(i, j)| picture.get_pixel(i, j).0[0]), [255, 255]);
     }
 
     #[test]
@@ -350,6 +366,8 @@ mod tests {
         );
         let sliver = surface(500, 4, Extent::new(1000.0, 1.0), |at| (0.01 * at.x).sin());
         let longest = Isocontours::LONGEST_PX;
-        assert_eq!(Isocontours::of(&sliver).sheet().dimensions(), (longest + 2 * MARGIN, 2 + MARGIN + CAPTION));
+        let (across, down) = Axes::new(sliver.extent(), AXES_PX).taken();
+        let sheet = (longest + across + 2 * MARGIN, 2 + down + MARGIN + CAPTION);
+        assert_eq!(Isocontours::of(&sliver).sheet().dimensions(), sheet);
     }
 }

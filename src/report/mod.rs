@@ -2,6 +2,8 @@
 //! the target, step by step and from bench to bench.
 
 #[cfg(feature = "svg")]
+mod axes;
+#[cfg(feature = "svg")]
 mod budget;
 #[cfg(feature = "svg")]
 mod curves;
@@ -31,7 +33,7 @@ pub use pictures::{Exposure, difference_picture, irradiance_picture};
 pub use {
     budget::{Cost, budget_chart, budget_sheet},
     curves::{Curve, curves},
-    drawing::dimensioned_drawing,
+    drawing::{Drawing, dimensioned_drawing},
     isocontours::{Isocontours, contour_interval_mm},
     sheet::{Captioned, contact_sheet, map, panel},
     svg::Svg,

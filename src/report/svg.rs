@@ -121,6 +121,23 @@ impl Svg {
         self.pictures.push(((left, top), picture));
     }
 
+    /// Lays another drawing into this one. Only one of the two may have clips, whose names would be
+    /// the same.
+    pub(super) fn inset(&mut self, left: u32, top: u32, other: Self) {
+        debug_assert!(self.clips == 0 || other.clips == 0, "two drawings with clips");
+        self.pictures.extend(other.pictures.into_iter().map(|((x, y), picture)| ((left + x, top + y), picture)));
+        self.ink += &format!("<g transform=\"translate({left} {top})\">{}</g>", other.ink);
+        self.clips += other.clips;
+    }
+
+    /// Lays a picture in colours below the ink that follows. It is for pages, and never rastered.
+    #[cfg(feature = "cli")]
+    pub(super) fn colours(&mut self, left: u32, top: u32, picture: &DynamicImage) {
+        let [x, y] = [left, top].map(|at| Px(f64::from(at) - 0.5));
+        let (width, height, uri) = (picture.width(), picture.height(), png_uri(picture));
+        self.ink += &format!("<image x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" href=\"{uri}\"/>");
+    }
+
     pub(super) fn stroke(&mut self, path: &str, pen: Pen) {
         self.ink += &format!("<path d=\"{path}\" stroke=\"{}\" stroke-width=\"{}\"/>", Grey(pen.grey), Px(pen.width));
     }

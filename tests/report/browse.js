@@ -66,6 +66,12 @@ async function main() {
     const wanted = ["CANVAS", "BUTTON Reset", "BUTTON Bench", "BUTTON Rays", "BUTTON Receiver", "BUTTON Matte", "INPUT", "BUTTON Copy"];
     const missed = wanted.filter((name) => !reached.some((what) => what.startsWith(name)));
     found.focus = missed.length ? `missed ${missed} among ${reached}` : "fine";
+    // What is for the engineer is folded until a link asks for it.
+    const folded = () => page.evaluate(() => !document.getElementById("engineer").open);
+    const before = await folded();
+    await page.click('nav a[href="#engineer"]');
+    await pause(200);
+    found.folded = before && !(await folded()) ? "fine" : "not unfolded by its link";
     await page.evaluate(() => { document.activeElement.blur(); document.querySelector("#viewer").scrollIntoView({ block: "center", behavior: "instant" }); });
 
     const canvas = await page.$("#viewer canvas");
@@ -112,6 +118,9 @@ async function main() {
       await shoot(name);
       await click(`[data-toggle="${button}"]`);
     }
+    for (const button of ["rays", "receiver"]) await click(`[data-toggle="${button}"]`);
+    await shoot("bare");
+    for (const button of ["rays", "receiver"]) await click(`[data-toggle="${button}"]`);
     await page.evaluate(() => {
       const slider = document.querySelector("#viewer input");
       slider.value = 6;
@@ -135,7 +144,28 @@ async function main() {
     await shoot("pinched");
     await reset("pinched");
 
-    for (const width of [360, 820, 1440]) {
+    // On a telephone and on a table: words in the model stay off the buttons, the drawing is whole, hashes wrap.
+    found.narrow = [];
+    for (const width of [360, 390, 820]) {
+      await page.setViewport({ width, height: 844 });
+      for (const view of ["bench", "block", "picture"]) {
+        await click(`[data-view="${view}"]`);
+        await pause(200);
+        found.narrow.push(...await page.evaluate((where) => {
+          const box = (element) => element.getBoundingClientRect();
+          const shown = [...document.querySelectorAll("#viewer .tags span")].filter((tag) => tag.style.visibility !== "hidden");
+          const over = (a, b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom;
+          const tools = [...document.querySelectorAll("#viewer button, #viewer .relief")];
+          const hidden = shown.filter((tag) => tools.some((tool) => over(box(tag), box(tool)))).map((tag) => `${tag.textContent} over a button`);
+          const within = (element) => box(element).left >= 0 && box(element).right <= innerWidth && box(element).width > 0;
+          const cut = [...document.querySelectorAll(".workshop img, .workshop .notes, .contours img, .maps img, .drawing svg, .hash code, .files th[scope=row]")].filter((element) => !within(element));
+          const scrolled = [...document.querySelectorAll("main *")].filter((element) => element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).overflowX === "auto" && !element.closest("details details"));
+          return [...hidden, ...cut.concat(scrolled).map((element) => `${element.tagName} ${element.className} is cut`)].map((what) => `${what} at ${where}`);
+        }, `${width}, ${view}`));
+      }
+      await click('[data-do="reset"]');
+    }
+    for (const width of [360, 390, 820, 1440]) {
       await page.setViewport({ width, height: 900 });
       await pause(100);
       const wide = await page.evaluate(() => document.documentElement.scrollWidth);
@@ -147,6 +177,14 @@ async function main() {
       await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
       await pause(200);
       await page.screenshot({ path: path.join(shots, `page-${scheme}.png`), clip: { x: 0, y: 0, width: 1200, height: 420 } });
+    }
+    // A tint means height, by day and by night.
+    for (const [name, selector] of [["contours", ".contours img"], ["slope", ".maps img"], ["light", "#caustic"]]) {
+      for (const scheme of ["light", "dark"]) {
+        await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+        await pause(100);
+        await (await page.$(selector)).screenshot({ path: path.join(shots, `${name}-${scheme}.png`) });
+      }
     }
     const pdf = Buffer.from(await page.pdf({ format: "A4", printBackground: true })).toString("latin1");
     found["pdf-pages"] = (pdf.match(/\/Type\s*\/Page[^s]/g) ?? []).length;

@@ -1,7 +1,7 @@
-//! A picture on a page.
+//! A picture and a drawing on a page.
 
 use super::{data, page::View};
-use crate::report::svg::png_uri;
+use crate::report::{drawing::Drawing, svg::png_uri};
 use image::DynamicImage;
 
 /// A picture on the page.
@@ -25,5 +25,22 @@ impl Figure {
     /// Few pixels are shown as such.
     pub(super) fn rendering(&self) -> &'static str {
         if self.width.max(self.height) < 200 { "coarse" } else { "fine" }
+    }
+}
+
+/// A workshop drawing: its views as a picture, and its notes as text, which is read at any width.
+pub(super) struct Sheet {
+    pub(super) uri: String,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// In paragraphs.
+    pub(super) notes: Vec<Vec<String>>,
+}
+
+impl Sheet {
+    pub(super) fn of(drawing: &Drawing) -> Self {
+        let (width, height) = drawing.views.size();
+        let notes = drawing.notes.split(String::is_empty).map(<[String]>::to_vec).collect();
+        Self { uri: drawing.views.uri(), width, height, notes }
     }
 }

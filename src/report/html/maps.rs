@@ -1,10 +1,14 @@
-//! Maps of a face in colours, as the picture lies on the wall (left = `+x`, top = `+y`).
+//! Maps of a face in colours, seen from above the face (`+x` is right, `+y` up), with axes; and the
+//! face in shades as its light lies on the wall (left = `+x`, top = `+y`).
 
 use super::data::figure;
 use crate::{
     grid::{Extent, Field, bilinear_resample},
     irradiance::to_picture_order,
-    report::svg::png_uri,
+    report::{
+        axes::{Axes, from_above},
+        svg::Svg,
+    },
     surface::SurfaceSpline,
 };
 use colorous::{Color, Gradient};
@@ -12,7 +16,10 @@ use glam::{DVec2, DVec3};
 use image::{DynamicImage, GrayImage, Luma, Rgb, RgbImage};
 use rayon::prelude::*;
 
-/// A map with its bar of colours.
+/// Height of a figure along the axes, pixels.
+const AXES_PX: f64 = 13.0;
+
+/// A map with its axes and its bar of colours.
 pub(super) struct ColourMap {
     pub(super) uri: String,
     pub(super) width: u32,
@@ -76,24 +83,34 @@ fn coloured(
     gradient: Gradient,
     ticks: &[(f64, String)],
 ) -> ColourMap {
-    let (width, height) = pixels(extent.as_vec(), longest_px);
-    let shown = to_picture_order(&bilinear_resample(values, width as usize, height as usize));
-    let colour = |value: f64| gradient.eval_continuous(((value - from) / (to - from)).clamp(0.0, 1.0));
-    let image = RgbImage::from_fn(width, height, |i, j| {
-        let Color { r, g, b } = colour(shown[(i as usize, j as usize)]);
-        Rgb([r, g, b])
+    let image = painted(values, extent, longest_px, |value| {
+        gradient.eval_continuous(((value - from) / (to - from)).clamp(0.0, 1.0))
     });
+    let mut map = Svg::new(image.width(), image.height());
+    map.colours(0, 0, &DynamicImage::from(image));
+    let map = Axes::new(extent, AXES_PX).around(map);
+    let (width, height) = map.size();
     // The bar runs from the least value to the greatest, whichever way the colours do.
     let part = |share: f64| if to > from { share } else { 1.0 - share };
     let stops: Vec<String> =
         (0..=12).map(|k| format!("#{:x}", gradient.eval_continuous(part(f64::from(k) / 12.0)))).collect();
     ColourMap {
-        uri: png_uri(&DynamicImage::from(image)),
+        uri: map.uri(),
         width,
         height,
         gradient: format!("linear-gradient(to right, {})", stops.join(", ")),
         ticks: ticks.iter().map(|(at, label)| (100.0 * at, label.clone())).collect(),
     }
+}
+
+/// Values as colours, seen from above the face.
+fn painted(values: &Field<f64>, extent: Extent, longest_px: u32, colour: impl Fn(f64) -> Color) -> RgbImage {
+    let (width, height) = pixels(extent.as_vec(), longest_px);
+    let shown = from_above(&bilinear_resample(values, width as usize, height as usize));
+    RgbImage::from_fn(width, height, |i, j| {
+        let Color { r, g, b } = colour(shown[(i as usize, j as usize)]);
+        Rgb([r, g, b])
+    })
 }
 
 fn pixels(size: DVec2, longest_px: u32) -> (u32, u32) {
@@ -137,19 +154,26 @@ mod tests {
     }
 
     #[test]
-    fn colours_tell_hollows_from_bulges_and_lie_like_the_picture() {
+    fn colours_tell_hollows_from_bulges_and_are_seen_from_above_the_face() {
         let extent = Extent::new(40.0, 20.0);
         let ramp = Field::from_fn(81, 41, |i, _| 0.001 * (i as f64 - 40.0));
         let map = hollow(&ramp, extent, 80);
-        let bytes = map.uri.strip_prefix("data:image/png;base64,").unwrap();
-        let bytes = base64::Engine::decode(&base64::engine::general_purpose::STANDARD, bytes).unwrap();
-        let image = image::load_from_memory(&bytes).unwrap().into_rgb8();
+        let svg = map.uri.strip_prefix("data:image/svg+xml;base64,").unwrap();
+        let decoded = |text: &str| base64::Engine::decode(&base64::engine::general_purpose::STANDARD, text).unwrap();
+        let svg = String::from_utf8(decoded(svg)).unwrap();
+        assert!(svg.contains("x in mm") && svg.contains(">−20<") && svg.contains(">20<"), "axes: {svg}");
+        let png = svg.split_once("data:image/png;base64,").unwrap().1.split_once('"').unwrap().0;
+        let image = image::load_from_memory(&decoded(png)).unwrap().into_rgb8();
         assert_eq!(image.dimensions(), (80, 40));
-        // Hollow is at +x, which is left, and red.
+        // Hollow is at +x, which is right, and red.
         let (left, right) = (image.get_pixel(1, 20), image.get_pixel(78, 20));
-        assert!(left[0] > left[2] + 50 && right[2] > right[0] + 50, "{left:?} {right:?}");
+        assert!(right[0] > right[2] + 50 && left[2] > left[0] + 50, "{left:?} {right:?}");
         assert_eq!(map.ticks.len(), 5);
         assert!(map.ticks[0].1.starts_with('−') && map.ticks[4].1.starts_with('+'));
+        let up = Field::from_fn(81, 41, |_, j| j as f64);
+        let grey = |value: f64| Color { r: value as u8, g: 0, b: 0 };
+        let painted = painted(&up, extent, 80, grey);
+        assert!(painted.get_pixel(40, 1)[0] > painted.get_pixel(40, 38)[0] + 30, "+y is up");
     }
 
     #[test]

@@ -26,13 +26,13 @@ use crate::{
     report::{
         budget::{Cost, budget_chart, rounded},
         isocontours::contour_interval_mm,
-        svg::{Escaped, Svg},
+        svg::Escaped,
     },
     surface::SurfaceSpline,
 };
 use askama::Template;
 use convergence::Convergence;
-use figure::Figure;
+use figure::{Figure, Sheet};
 use maps::ColourMap;
 use rayon::prelude::*;
 use rays::RayFan;
@@ -92,7 +92,7 @@ pub fn render(page: &Page<'_>) -> String {
         sections: [Across::X, Across::Y].map(|across| section(model, &spline, &fan, across)).into(),
         budget: (!page.budget.is_empty()).then(|| budget(&page.budget)),
         convergence: page.summary.and_then(Convergence::of),
-        drawing: page.drawing.as_ref().map(Svg::uri),
+        drawing: page.drawing.as_ref().map(Sheet::of),
         style: include_str!("style.css"),
         viewer: include_str!("viewer.js"),
         script: include_str!("page.js"),
@@ -123,7 +123,7 @@ struct Whole<'a> {
     /// The chart as an element.
     budget: Option<String>,
     convergence: Option<Convergence>,
-    drawing: Option<String>,
+    drawing: Option<Sheet>,
     style: &'static str,
     viewer: &'static str,
     script: &'static str,
@@ -138,13 +138,17 @@ fn budget(costs: &[Cost]) -> String {
         None => cost.name.clone(),
     };
     let steps: Vec<String> = costs.iter().map(step).collect();
-    let words = format!("Relative RMS error of the light, step by step, on a logarithmic scale. {}", steps.join("; "));
+    let words = format!(
+        "Relative RMS error of the light, step by step, along an axis of its square root. {}",
+        steps.join("; ")
+    );
     budget_chart(costs).element(&format!("class=\"paper ink\" role=\"img\" aria-label=\"{}\"", Escaped(&words)))
 }
 
 /// The face as isocontours and maps.
 struct FaceFigures {
-    contours: String,
+    /// Its address, width and height.
+    contours: (String, u32, u32),
     interval: String,
     slope: ColourMap,
     hollow: ColourMap,
@@ -153,7 +157,10 @@ struct FaceFigures {
 impl FaceFigures {
     fn of(model: &Model<'_>) -> Self {
         let (contours, (slope, hollow)) = rayon::join(
-            || model.contours.picture.uri(),
+            || {
+                let (width, height) = model.contours.picture.size();
+                (model.contours.picture.uri(), width, height)
+            },
             || {
                 rayon::join(
                     || maps::slope(model.slope, model.surface.extent(), MAP_PX),

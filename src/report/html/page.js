@@ -18,6 +18,15 @@ for (const button of document.querySelectorAll("[data-copy]")) {
     setTimeout(() => { button.textContent = before; }, 1600);
   });
 }
+// A link to what is folded unfolds it.
+const unfold = () => {
+  const goal = location.hash.length > 1 && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+  for (let at = goal; at; at = at.parentElement) if (at.tagName === "DETAILS") at.open = true;
+  if (goal) goal.scrollIntoView();
+};
+addEventListener("hashchange", unfold);
+for (const link of document.querySelectorAll('nav a[href^="#"]')) link.addEventListener("click", () => setTimeout(unfold));
+if (location.hash) unfold();
 // Closed details would be missing on paper.
 addEventListener("beforeprint", () => {
   for (const details of document.querySelectorAll("details:not([open])")) {

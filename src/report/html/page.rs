@@ -5,7 +5,7 @@ use crate::{
     bench::Bench,
     grid::Field,
     optim::Summary,
-    report::{budget::Cost, isocontours::Isocontours, svg::Svg},
+    report::{budget::Cost, drawing::Drawing, isocontours::Isocontours},
     surface::HeightField,
 };
 use glam::DVec2;
@@ -26,11 +26,13 @@ pub struct Page<'a> {
     pub highlights: Vec<Highlight>,
     /// The block on its bench.
     pub model: Model<'a>,
-    /// The picture that is wanted, as far as there is one.
+    /// The picture that the eye shall see, as far as there is one.
     pub target: Option<View>,
-    /// The light on the receiver.
+    /// What the eye gets: the light on the receiver.
     pub caustic: View,
-    /// How far the two are apart.
+    /// What the maker must know, in groups: what to order, where it stands.
+    pub maker: Vec<Facts>,
+    /// How far target and light are apart.
     pub difference: Option<View>,
     /// The light seen otherwise: with less exact geometry, from other files, after finishing; each
     /// with its difference from the target.
@@ -40,8 +42,8 @@ pub struct Page<'a> {
     /// What the solver did.
     pub summary: Option<&'a Summary>,
     /// The workshop drawing of the block.
-    pub drawing: Option<Svg>,
-    /// Facts, in groups.
+    pub drawing: Option<Drawing>,
+    /// Facts for the engineer, in groups.
     pub facts: Vec<Facts>,
     /// Files that belong to the block.
     pub files: Vec<FileRecord>,

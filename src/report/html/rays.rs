@@ -63,6 +63,38 @@ impl RayFan {
     }
 }
 
+/// Whence block and picture are seen at first, from their middle: from behind the block and above,
+/// as nearly along the light as leaves neither before the other, so that the face is not seen
+/// edge-on.
+pub(super) fn look(model: &Model<'_>) -> DVec3 {
+    const PITCH: f64 = 0.32;
+    /// Degrees off the axis. Nearer to it the bench looks shorter than it is.
+    const YAWS: [f64; 8] = [40.0, 45.0, 50.0, 55.0, 60.0, 65.0, 70.0, 75.0];
+    let (_, top) = model.surface.range_mm();
+    let ends = [model.entry_z_mm, model.rim_z_mm.unwrap_or(top)];
+    let block: Vec<DVec3> = ends.iter().flat_map(|&z| model.outline.iter().map(move |p| p.extend(z))).collect();
+    let picture = window_corners(model.bench);
+    let direction = |yaw: f64| {
+        let (sin, cos) = yaw.to_radians().sin_cos();
+        DVec3::new(-sin * PITCH.cos(), PITCH.sin(), -cos * PITCH.cos())
+    };
+    let yaws = YAWS.iter().flat_map(|&yaw| [yaw, -yaw]);
+    yaws.map(direction).find(|&eye| are_apart(&block, &picture, eye)).unwrap_or_else(|| direction(60.0))
+}
+
+/// Whether two things lie beside or above each other for an eye far away, with some room between.
+fn are_apart(one: &[DVec3], other: &[DVec3], eye: DVec3) -> bool {
+    let right = DVec3::Y.cross(eye).normalize();
+    let range = |points: &[DVec3], axis: DVec3| {
+        let along = points.iter().map(|p| p.dot(axis));
+        along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
+    };
+    [right, eye.cross(right)].into_iter().any(|axis| {
+        let [(a, b), (c, d)] = [range(one, axis), range(other, axis)];
+        (a - d).max(c - b) > 0.08 * (b - a)
+    })
+}
+
 /// How much of parallel light is shown before it meets the block, mm.
 fn lead_mm(model: &Model<'_>) -> f64 {
     (0.2 * model.bench.distance_mm()).max(0.4 * model.bench.block().as_vec().max_element()) - model.entry_z_mm

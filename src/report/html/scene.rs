@@ -2,7 +2,7 @@
 
 use super::{
     Model,
-    rays::{RayFan, window_corners},
+    rays::{RayFan, look, window_corners},
 };
 use crate::{bench::ExitFace, report::svg::base64, surface::SurfaceSpline};
 use glam::DVec3;
@@ -25,6 +25,8 @@ struct Scene {
     rim: Option<f64>,
     /// Top left, top right, bottom right, bottom left of the picture.
     receiver: Vec<[f32; 3]>,
+    /// Whence it is seen at first.
+    look: [f32; 3],
     /// Four points each, little-endian 32-bit numbers, as base64.
     rays: String,
 }
@@ -55,6 +57,7 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
         outline: model.outline.iter().map(glam::DVec2::to_array).collect(),
         rim: model.rim_z_mm,
         receiver: window_corners(model.bench).iter().map(point).collect(),
+        look: point(&look(model)),
         rays: base64(&rays),
     };
     // Nothing in it can fail to become JSON. A `<` would end the element that it stands in.

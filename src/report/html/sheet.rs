@@ -2,13 +2,13 @@
 //! have at hand.
 
 use super::{
-    figure::Figure,
+    figure::{Figure, Sheet},
     page::{Facts, FileRecord, View},
     signal::{Signal, TrafficLight},
 };
 use crate::{
     export::{WriteError, write_atomically},
-    report::svg::Svg,
+    report::drawing::Drawing,
 };
 use askama::Template;
 use std::{io::Write, path::Path};
@@ -27,7 +27,7 @@ pub struct ReadySheet {
     /// The picture, and what the eye gets of it.
     pub pictures: Vec<View>,
     /// The block.
-    pub drawing: Svg,
+    pub drawing: Drawing,
     /// What to order, how to work, what to measure, what to watch.
     pub facts: Vec<Facts>,
     /// What to send.
@@ -43,7 +43,7 @@ pub struct ReadySheet {
 struct Whole<'a> {
     page: &'a ReadySheet,
     figures: Vec<Figure>,
-    drawing: String,
+    drawing: Sheet,
     style: &'static str,
 }
 
@@ -56,7 +56,7 @@ const PICTURE_PX: u32 = 480;
 /// A file that cannot be written.
 pub fn write_ready_sheet(path: &Path, page: &ReadySheet) -> Result<(), WriteError> {
     let figures = page.pictures.iter().map(|view| Figure::of(view, PICTURE_PX)).collect();
-    let whole = Whole { page, figures, drawing: page.drawing.uri(), style: include_str!("sheet.css") };
+    let whole = Whole { page, figures, drawing: Sheet::of(&page.drawing), style: include_str!("sheet.css") };
     // Writing to a string cannot fail, and nothing in the template does.
     let text = whole.render().unwrap_or_else(|error| format!("<!doctype html><title>{error}</title>"));
     write_atomically(path, |writer| writer.write_all(text.as_bytes()))

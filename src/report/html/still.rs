@@ -2,7 +2,7 @@
 
 use super::{
     Model, data,
-    rays::{RayFan, window_corners},
+    rays::{RayFan, look, window_corners},
 };
 use crate::report::svg::{self, Px, ring};
 use askama::Template;
@@ -35,8 +35,7 @@ const PICTURE_PX: u32 = 320;
 
 impl Still {
     pub(super) fn of(model: &Model<'_>, fan: &RayFan, shaded: &GrayImage, caustic: &GrayImage) -> Self {
-        // From behind the block, from one side and above: the receiver shows its face.
-        let towards = DVec3::new(0.8, -0.42, 0.62).normalize();
+        let towards = -look(model);
         let right = towards.cross(DVec3::Y).normalize();
         let up = right.cross(towards);
         let flat = |p: DVec3| DVec2::new(p.dot(right), -p.dot(up));

@@ -1,5 +1,5 @@
 use super::{
-    rays::{RayFan, window_corners},
+    rays::{RayFan, look, window_corners},
     section::{Across, section},
     *,
 };
@@ -7,7 +7,8 @@ use crate::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field},
     light::Intensity,
-    report::{Isocontours, svg::Svg},
+    report::{Drawing, Isocontours},
+    solid::{Shape, Solid, Stock},
     surface::HeightField,
 };
 use glam::{DVec2, DVec3};
@@ -75,16 +76,22 @@ impl Sample {
             model: self.model(),
             target: Some(view("Target")),
             caustic: view("Light"),
+            maker: vec![Facts { title: "Stock to order".into(), rows: vec![("sheet".into(), "12 mm".into())] }],
             difference: Some(view("Difference")),
             others: vec![(view("on the plane"), view("its difference"))],
             budget: vec![Cost { name: "a step".into(), errors: Some((0.01, 0.001)) }],
             summary: None,
-            drawing: Some(Svg::new(30, 20)),
+            drawing: Some(self.drawing()),
             facts: vec![Facts { title: "Block".into(), rows: vec![("size".into(), "60 × 40 mm".into())] }],
             files: vec![FileRecord { name: "b.stl".into(), what: "mesh".into(), bytes: 12_345, sha256: "ab".into() }],
             command: "glasswarp design 'my picture.png'".into(),
             program: "glasswarp 0".into(),
         }
+    }
+
+    fn drawing(&self) -> Drawing {
+        let solid = Solid::shaped(&self.surface, Stock::of_thickness(12.0), Shape::default()).unwrap();
+        Drawing::of(&solid, &self.bench, &["order: a <sheet>".to_owned()])
     }
 
     fn fan(&self) -> RayFan {
@@ -111,7 +118,31 @@ fn the_page_asks_for_nothing_and_takes_words_as_words() {
     }
     let place = |words: &str| html.find(words).unwrap();
     assert!(place("<b>yes, but</b>") < place("One warning"), "the verdict comes first");
-    assert!(place("One warning") < place("id=\"model\""), "warnings come before pictures");
+    assert!(place("One warning") < place("id=\"light\""), "warnings come before pictures");
+    // What the maker needs comes first, and what the engineer asks is folded.
+    let order = [
+        "id=\"light\"",
+        "id=\"model\"",
+        "id=\"make\"",
+        "Stock to order",
+        "order: a &#60;sheet&#62;",
+        "id=\"files\"",
+        "<details id=\"engineer\">",
+        "id=\"differences\"",
+        "id=\"face\"",
+        "id=\"bench\"",
+        "60 × 40 mm</td>",
+        "id=\"accuracy\"",
+        "</main>",
+    ];
+    for pair in order.windows(2) {
+        assert!(place(pair[0]) < place(pair[1]), "{pair:?}");
+    }
+    let links: Vec<&str> = html.split("href=\"#").skip(1).map(|rest| rest.split_once('"').unwrap().0).collect();
+    assert!(links.len() > 5 && links.iter().all(|id| html.contains(&format!("id=\"{id}\""))), "{links:?}");
+    // What is of the face is seen from above it, what is of light as on the wall; both say so.
+    assert_eq!(html.matches("; seen from above the face").count(), 3);
+    assert!(html.contains("Seen as on the wall") && html.contains("</b>, as on the wall"));
     let scene = html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     let scene: serde_json::Value = serde_json::from_str(scene).unwrap();
     assert_eq!((scene["nodes"][0].as_u64(), scene["nodes"][1].as_u64()), (Some(31), Some(21)));
@@ -171,6 +202,31 @@ fn rays_follow_the_light_of_every_bench() {
     let mirror = Sample::new(Bench::new(BLOCK, 200.0, ExitFace::Reflects).unwrap(), 0.0);
     for ray in mirror.fan().some() {
         assert!(ray[0].z > 0.0 && ray[1] == ray[2] && (ray[3].z - 200.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn at_first_neither_block_nor_picture_hides_the_other_and_the_face_is_not_edge_on() {
+    let tangential = 0.5 / 1.5;
+    let inside = DVec3::new(0.0, tangential, (1.0_f64 - tangential * tangential).sqrt());
+    let bench = |distance: f64| Bench::new(BLOCK, distance, ExitFace::Refracts { ior: 1.5 }).unwrap();
+    let benches = [bench(80.0), bench(200.0), bench(3000.0), glass().with_light_direction(inside).unwrap()];
+    for bench in benches {
+        let sample = Sample::new(bench, 0.02);
+        let model = sample.model();
+        let eye = look(&model);
+        assert!((eye.length() - 1.0).abs() < 1e-12 && eye.z < -0.24, "from behind the block, and not along its face");
+        // In the plane of the picture that an eye far away sees.
+        let (right, up) = (DVec3::Y.cross(eye).normalize(), eye.cross(DVec3::Y.cross(eye).normalize()));
+        let block = model.outline.iter().flat_map(|p| [ENTRY_MM, 0.6].map(|z| p.extend(z)));
+        let block: Vec<DVec3> = block.collect();
+        let picture = window_corners(&sample.bench);
+        let apart = [right, up].into_iter().any(|axis| {
+            let along = |points: &[DVec3]| points.iter().map(|p| p.dot(axis)).collect::<Vec<f64>>();
+            let (one, other) = (along(&block), along(&picture));
+            one.iter().all(|a| other.iter().all(|b| a < b)) || one.iter().all(|a| other.iter().all(|b| a > b))
+        });
+        assert!(apart, "{} mm: {eye}", sample.bench.distance_mm());
     }
 }
 

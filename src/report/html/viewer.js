@@ -289,11 +289,8 @@
   const facing = unit(cross(add(topRight, topLeft, -1), add(bottomLeft, topLeft, -1)));
   const inward = dot(facing, window0) > 0 ? facing.map((v) => -v) : facing;
   const views = {
-    // On a wide screen more from the side, on a tall one more along the light.
-    bench: () => {
-      const side = clamp((aspect() - 0.6) / 1.4, 0, 1);
-      return fit(everything, [-0.55 - 0.4 * side, 0.42 - 0.1 * side, -0.85 + 0.33 * side], 0.84);
-    },
+    // The face not edge-on, and neither block nor picture before the other.
+    bench: () => fit(everything, scene.look, 0.84),
     block: () => fit(blockPoints, [0.5, 0.42, 0.95], 0.8),
     picture: () => fit(scene.receiver, inward, 0.86),
   };
@@ -322,20 +319,6 @@
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
     gl.disable(gl.CULL_FACE);
-    if (shown.receiver) {
-      const { program, places } = parts.wall;
-      gl.useProgram(program);
-      gl.uniformMatrix4fv(places.view, false, view);
-      gl.bindTexture(gl.TEXTURE_2D, parts.texture);
-      gl.bindVertexArray(parts.picture);
-      // Seen from the block, top left to top right to bottom right runs clockwise.
-      gl.frontFace(gl.CW);
-      gl.uniform1f(places.line, 0);
-      gl.drawArrays(gl.TRIANGLE_FAN, 0, 4);
-      gl.uniform1f(places.line, 1);
-      gl.drawArrays(gl.LINE_LOOP, 0, 4);
-      gl.frontFace(gl.CCW);
-    }
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     const drawRays = () => {
@@ -348,7 +331,26 @@
       gl.drawArrays(gl.LINES, 0, parts.count);
       gl.depthMask(true);
     };
-    if (!shown.matte) drawRays();
+    // After the rays, which end on the picture and do not run across it.
+    const drawPicture = () => {
+      if (!shown.receiver) return;
+      const { program, places } = parts.wall;
+      gl.useProgram(program);
+      gl.uniformMatrix4fv(places.view, false, view);
+      gl.bindTexture(gl.TEXTURE_2D, parts.texture);
+      gl.bindVertexArray(parts.picture);
+      // Seen from the block, top left to top right to bottom right runs clockwise.
+      gl.frontFace(gl.CW);
+      gl.uniform1f(places.line, 0);
+      gl.drawArrays(gl.TRIANGLE_FAN, 0, 4);
+      gl.uniform1f(places.line, 1);
+      gl.drawArrays(gl.LINE_LOOP, 0, 4);
+      gl.frontFace(gl.CCW);
+    };
+    if (!shown.matte) {
+      drawRays();
+      drawPicture();
+    }
     const { program, places } = parts.glass;
     gl.useProgram(program);
     gl.uniformMatrix4fv(places.view, false, view);
@@ -362,7 +364,6 @@
       // Its edges are enough.
     } else if (shown.matte) {
       gl.drawElements(gl.TRIANGLES, indices.length, gl.UNSIGNED_INT, 0);
-      drawRays();
     } else {
       // Far sides first: every triangle of a convex body is either behind or in front.
       gl.enable(gl.CULL_FACE);
@@ -371,6 +372,10 @@
         gl.drawElements(gl.TRIANGLES, indices.length, gl.UNSIGNED_INT, 0);
       }
       gl.disable(gl.CULL_FACE);
+    }
+    if (shown.matte) {
+      drawRays();
+      drawPicture();
     }
     gl.useProgram(parts.edge.program);
     gl.uniformMatrix4fv(parts.edge.places.view, false, view);
@@ -412,7 +417,9 @@
       const p = [...place, 1], [x, y, , q] = [0, 1, 2, 3].map((i) => p[0] * view[i] + p[1] * view[4 + i] + p[2] * view[8 + i] + view[12 + i]);
       const seen = q > 0 && Math.abs(x) < q && Math.abs(y) < q && (span.textContent !== "receiver" || shown.receiver);
       span.style.visibility = seen ? "visible" : "hidden";
-      if (seen) span.style.transform = `translate(${((x / q + 1) * w) / 2}px, ${((1 - y / q) * h) / 2}px) translate(-50%, 6px)`;
+      // Never over the buttons below, or beyond the sides.
+      const [wide, tall] = [span.offsetWidth / 2, span.offsetHeight + 6];
+      if (seen) span.style.transform = `translate(${clamp(((x / q + 1) * w) / 2, wide, w - wide)}px, ${Math.min(((1 - y / q) * h) / 2, h - tall)}px) translate(-50%, 6px)`;
     }
   };
 

@@ -18,6 +18,7 @@ use crate::{
         budget::BudgetStep,
         design::Plan,
         judge::{self, Judgement},
+        order::StockOrder,
         verdict::{Answer, Verdict},
     },
 };
@@ -83,7 +84,12 @@ pub(crate) fn light_view(title: &str, light: &Field<f64>, exposure: Exposure, no
 pub(crate) fn target_view(wanted: &Field<f64>, exposure: Exposure) -> View {
     View {
         alt: "The picture that the light shall draw, in shades of grey".into(),
-        ..light_view("Target", wanted, exposure, "The picture as light, with its offset.".into())
+        ..light_view(
+            "The picture",
+            wanted,
+            exposure,
+            "As it shall be seen: the picture as light, with its offset.".into(),
+        )
     }
 }
 
@@ -135,6 +141,21 @@ pub(crate) fn row(name: &str, value: impl Into<String>) -> (String, String) {
 /// The picture as it was understood.
 pub(crate) fn picture_rows(plan: &Plan) -> Vec<(String, String)> {
     plan.understood.rows().into_iter().map(|(name, value)| row(name, value)).collect()
+}
+
+/// What to order.
+pub(super) fn stock_facts(order: &StockOrder) -> Facts {
+    let rows = vec![
+        row("Material", order.material.clone()),
+        row("Sheet", order.sheet_in_words()),
+        row("Saw to", format!("{} × {} mm", order.sawn_mm.x, order.sawn_mm.y)),
+        row(
+            "Finished block",
+            format!("{} × {} × {} mm", mm(order.block_mm.x), mm(order.block_mm.y), mm(order.thickness_mm)),
+        ),
+        row("Face off the top", format!("{} mm, or what the sheet has too much", mm(order.facing_mm))),
+    ];
+    Facts { title: "Stock to order".into(), rows }
 }
 
 /// What a face asks of a workshop.

@@ -2,8 +2,8 @@
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
-    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, target_view,
-    traffic_light,
+    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, stock_facts,
+    target_view, traffic_light,
 };
 use crate::{
     fabricate::FaceShape,
@@ -13,12 +13,11 @@ use crate::{
     pipeline::DesignedBlock,
     report::{
         budget::budget_sheet,
-        drawing::dimensioned_drawing,
+        drawing::Drawing,
         html::{Facts, FileRecord, Highlight, Page, View, write_html},
         isocontours::Isocontours,
         pictures::{Exposure, difference_picture, irradiance_picture},
         sheet::panel,
-        svg::Svg,
     },
     spec::{Settings, name_of},
     study::{
@@ -36,28 +35,27 @@ use image::GrayImage;
 use rayon::prelude::*;
 use std::{path::Path, time::Duration};
 
+const WHAT_THE_EYE_GETS: &str = "What the eye gets";
+
 /// What is drawn of a block alone: nothing of it waits for a file.
 pub(crate) struct BlockDrawings {
     pub(crate) shape: FaceShape,
-    pub(crate) drawing: Svg,
+    pub(crate) drawing: Drawing,
+    pub(crate) order: StockOrder,
     pub(crate) contours: Isocontours,
 }
 
 impl BlockDrawings {
     pub(crate) fn of(block: &DesignedBlock, plan: &Plan) -> Self {
-        let order = StockOrder::of_design(&block.solid, &plan.settings).notes();
+        let order = StockOrder::of_design(&block.solid, &plan.settings);
+        let notes = order.notes();
         let (solid, surface) = (&block.solid, block.solid.surface());
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
             || FaceShape::of_spline(surface, &spline),
-            || {
-                rayon::join(
-                    || dimensioned_drawing(solid, &plan.bench, &order),
-                    || Isocontours::of_spline(surface, &spline),
-                )
-            },
+            || rayon::join(|| Drawing::of(solid, &plan.bench, &notes), || Isocontours::of_spline(surface, &spline)),
         );
-        Self { shape, drawing, contours }
+        Self { shape, drawing, order, contours }
     }
 }
 
@@ -90,7 +88,7 @@ impl DesignPage<'_> {
     pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
-        let BlockDrawings { shape, drawing, contours } = self.drawings;
+        let BlockDrawings { shape, drawing, order, contours } = self.drawings;
         let exposure = Exposure::of(&plan.requirements.perceived, plan.transfer.into());
         let (wanted, light) = self.lights();
         let mut warnings = block.summary.warnings.clone();
@@ -115,6 +113,10 @@ impl DesignPage<'_> {
             model: model(solid, bench, shape, contours),
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
+            maker: vec![
+                stock_facts(order),
+                bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), block.surface.range_mm().1),
+            ],
             difference: Some(difference_view(&wanted, &light, exposure)),
             others: self.others(),
             budget: self.verification.map(|verification| costs(&verification.steps)).unwrap_or_default(),
@@ -147,7 +149,7 @@ impl DesignPage<'_> {
     fn caustic(&self, light: &Field<f64>, exposure: Exposure) -> View {
         let (title, note) = match (self.verification.map(|v| v.seen.as_ref()), self.block.light.first()) {
             (Some(Some(seen)), _) => (
-                "What the eye will get",
+                WHAT_THE_EYE_GETS,
                 format!(
                     "Traced through the file as read back{}: {}. {}.",
                     seen.what,
@@ -273,7 +275,6 @@ impl DesignPage<'_> {
         let mut facts = vec![
             Facts { title: "Block".into(), rows },
             Facts { title: "Frame of the files".into(), rows: frame },
-            bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), high),
             Facts { title: "Picture".into(), rows: picture },
         ];
         if let Some(verification) = self.verification {
@@ -333,7 +334,7 @@ pub(crate) fn draw<T: Send>(
         Box::new(|| difference_picture(&target, &caustic, seen)),
         Box::new(|| steps_sheet(&verification.steps, &verification.target, perfect)),
         Box::new(|| drawings.contours.sheet()),
-        Box::new(|| drawings.drawing.raster()),
+        Box::new(|| drawings.drawing.sheet().raster()),
     ];
     let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
     if verification.is_seen_otherwise() {

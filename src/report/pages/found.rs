@@ -58,6 +58,8 @@ pub(crate) struct FoundPage<'a> {
     caustic: View,
     others: Vec<(View, View)>,
     budget: Vec<Cost>,
+    /// What was done, and what is to be known of it.
+    maker: Vec<Facts>,
     facts: Vec<Facts>,
 }
 
@@ -119,6 +121,7 @@ impl<'a> FoundPage<'a> {
             caustic: light_view("Simulated light", &light, exposure, format!("Traced through the file. {note}")),
             light,
             budget: costs(steps),
+            maker: Vec::new(),
             facts: vec![judgement_facts(judgement, scene.window.size_mm.x / judgement.caustic.nx as f64)],
         })
     }
@@ -172,7 +175,8 @@ impl<'a> FoundPage<'a> {
             caustic: light_view("Light after the work", &light, exposure, note(last)),
             others,
             budget: costs.collect::<Result<_, Failure>>()?,
-            facts: vec![Facts { title: "Work".into(), rows }],
+            maker: vec![Facts { title: "Work".into(), rows }],
+            facts: Vec::new(),
             wanted: Some((target, last.view.metrics)),
             light,
         })
@@ -201,7 +205,7 @@ impl<'a> FoundPage<'a> {
         if let Some(work) = self.side.and_then(|side| side.work.as_ref()) {
             rows.push(row("Done so far", work.done.clone()));
         }
-        let mut facts = vec![Facts { title: "Block".into(), rows }, bench_facts(&bench, light, high)];
+        let mut facts = vec![Facts { title: "Block".into(), rows }];
         let highlights = self.highlights(&bench);
         facts.extend(self.facts);
         let wanted = self.wanted.as_ref().map(|(wanted, _)| wanted);
@@ -225,6 +229,7 @@ impl<'a> FoundPage<'a> {
             target: wanted.map(|wanted| target_view(wanted, self.exposure)),
             caustic: self.caustic,
             difference: wanted.map(|wanted| difference_view(wanted, &self.light, self.exposure)),
+            maker: self.maker.into_iter().chain([bench_facts(&bench, light, high)]).collect(),
             others: self.others,
             budget: self.budget,
             summary: None,

@@ -3,69 +3,157 @@
 use crate::{
     fabricate::{Cutter, FaceShape},
     report::{
-        pictures::{Exposure, irradiance_picture},
-        sheet::{Captioned, contact_sheet, map as map_of},
+        axes::{FROM_ABOVE, ON_THE_WALL},
+        pictures::{Exposure, difference_picture, irradiance_picture},
+        sheet::{Captioned, Row, contact_sheet, map as map_of, stacked, table_of_pictures},
+        svg::Svg,
     },
     study::{
         check::Makeable,
         judge,
         mill::MillStudy,
-        tolerance::ToleranceStudy,
-        workpiece::{JudgedImage, Workpiece},
+        tolerance::{ToleranceCase, ToleranceStudy},
+        workpiece::Workpiece,
     },
 };
 use glasswarp_verify::Image;
-use image::GrayImage;
+use image::{GrayImage, imageops};
 
-/// Where the face is hollow, steep and thin.
-pub(crate) fn maps(cutter: Cutter, subject: &Makeable, shape: &FaceShape) -> Vec<Captioned> {
-    const WIDTH: u32 = 420;
+/// Where the face is hollow, steep and thin, and, if they were looked at, what tolerances do to its
+/// light.
+pub(crate) fn check_sheet(
+    cutter: Cutter,
+    subject: &Makeable,
+    shape: &FaceShape,
+    traced: Option<(&ToleranceStudy, Exposure)>,
+) -> GrayImage {
+    let maps = contact(&maps(cutter, subject, shape));
+    match traced {
+        None => maps,
+        Some((study, exposure)) => stacked(&[maps, tolerances(study, exposure, WIDTH_PX)]),
+    }
+}
+
+/// Width of the sheet of a check, pixels.
+const WIDTH_PX: u32 = 1400;
+/// Width of a face on it, pixels: three of them with their axes fill it.
+const MAP_PX: u32 = 376;
+
+fn contact(maps: &[(String, Svg)]) -> GrayImage {
+    let pictures: Vec<Captioned> =
+        maps.iter().map(|(caption, map)| Captioned { caption: caption.clone(), picture: map.raster() }).collect();
+    contact_sheet(&pictures, 3, pictures.first().map_or(1, |one| one.picture.width()))
+}
+
+fn maps(cutter: Cutter, subject: &Makeable, shape: &FaceShape) -> [(String, Svg); 3] {
     let extent = subject.surface.extent();
     let (sharpest, (steep_at, steepest)) = (shape.sharpest(), shape.steepest());
     let least = cutter.corner_mm().max(1e-3);
     let (low, high) = subject.surface.range_mm();
-    let map = |field, range, at| map_of(field, extent, range, at, WIDTH);
-    vec![
-        Captioned {
-            caption: format!("hollows: black at {least} mm, sharpest {:.2} mm", sharpest.radius_mm),
-            picture: map(shape.hollow_per_mm(), (0.0, 1.0 / least), Some(sharpest.at)),
-        },
-        Captioned {
-            caption: format!("slope: black at {:.2} degrees", steepest.atan().to_degrees()),
-            picture: map(shape.slope(), (0.0, steepest.max(1e-9)), Some(steep_at)),
-        },
-        Captioned {
-            caption: format!(
-                "thickness: white {:.3} mm, black {:.3} mm",
+    let map = |field, range, at| map_of(field, extent, range, at, MAP_PX);
+    let hollows = map(shape.hollow_per_mm(), (0.0, 1.0 / least), Some(sharpest.at));
+    let slope = map(shape.slope(), (0.0, steepest.max(1e-9)), Some(steep_at));
+    let thickness = map(&subject.surface.heights_within(high), (high, low), None);
+    [
+        (
+            format!(
+                "hollows, {FROM_ABOVE}: white flat, black {least} mm radius\nsharpest, in the ring: {:.2} mm",
+                sharpest.radius_mm
+            ),
+            hollows,
+        ),
+        (
+            format!(
+                "slope, {FROM_ABOVE}: white level\nsteepest, black and in the ring: {:.2} degrees",
+                steepest.atan().to_degrees()
+            ),
+            slope,
+        ),
+        (
+            format!(
+                "thickness, {FROM_ABOVE}:\nwhite {:.3} mm, black {:.3} mm",
                 subject.thinnest_mm + high - low,
                 subject.thinnest_mm
             ),
-            picture: map(&subject.surface.heights_within(high), (high, low), None),
-        },
+            thickness,
+        ),
     ]
 }
 
-/// The light of every tolerance.
-pub(crate) fn tolerances(study: &ToleranceStudy, exposure: Exposure) -> Vec<Captioned> {
-    let captioned = |name: &str, view: &JudgedImage| Captioned {
-        caption: format!("{name}: {:.4}", view.metrics.rel_rms),
-        picture: irradiance_picture(&judge::field_of(&view.image), exposure),
+/// The light of every tolerance with its figures, what moves it most first.
+fn tolerances(study: &ToleranceStudy, exposure: Exposure, width_px: u32) -> GrayImage {
+    let designed = judge::field_of(&study.designed.image);
+    let as_designed = Row {
+        words: vec![
+            "as designed".to_owned(),
+            format!("relative RMS {:.4}, SSIM {:.3}", study.designed.metrics.rel_rms, study.designed.metrics.ssim),
+            "beside every other picture: its difference".to_owned(),
+            "from this one × 4, white where they agree".to_owned(),
+        ],
+        pictures: vec![irradiance_picture(&designed, exposure)],
     };
-    let cases = study.cases.iter().filter_map(|case| Some(captioned(&case.name, &case.view.as_ref()?.0)));
-    std::iter::once(captioned("as designed", &study.designed)).chain(cases).collect()
+    let row = |case: &ToleranceCase| {
+        let aside = case.place.in_words().split("   ").filter(|part| !part.is_empty()).map(str::to_owned).collect();
+        let Some((view, moved)) = &case.view else {
+            let words = vec![case.name.clone(), "none of the light falls into the window".to_owned()];
+            return Row { words: [words, aside].concat(), pictures: Vec::new() };
+        };
+        let light = judge::field_of(&view.image);
+        let words = vec![
+            case.name.clone(),
+            format!("relative RMS {:.4}, SSIM {:.3}", view.metrics.rel_rms, view.metrics.ssim),
+            format!("moves the light by {moved:.4}"),
+        ];
+        let pictures = vec![irradiance_picture(&light, exposure), difference_picture(&designed, &light, exposure)];
+        Row { words: [words, aside].concat(), pictures }
+    };
+    let moved = |case: &&ToleranceCase| case.view.as_ref().map_or(f64::INFINITY, |(_, moved)| *moved);
+    let mut cases: Vec<&ToleranceCase> = study.cases.iter().collect();
+    cases.sort_by(|a, b| moved(b).total_cmp(&moved(a)));
+    let rows = std::iter::once(as_designed).chain(cases.into_iter().map(row)).collect();
+    let title = format!("What tolerances do to the light, {ON_THE_WALL}, the worst first");
+    table_of_pictures(&title, rows, 2, width_px)
 }
+
+/// Side of the piece of the light that is shown pixel by pixel, pixels of the light.
+const PIECE: u32 = 64;
+/// Rows of the cutter that lie nearer to each other than so many pixels beat with them.
+const BEATING: f64 = 3.0;
 
 /// The light after every step of milling, as a sheet.
 pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) -> GrayImage {
-    let captioned = |caption: String, image: &Image| Captioned {
-        caption,
-        picture: irradiance_picture(&judge::field_of(image), exposure),
-    };
-    let mut pictures: Vec<Captioned> =
-        piece.examiner.target().into_iter().map(|target| captioned("target".into(), target)).collect();
+    const WIDTH: u32 = 420;
+    let picture = |image: &Image| irradiance_picture(&judge::field_of(image), exposure);
+    let target = piece
+        .examiner
+        .target()
+        .into_iter()
+        .map(|target| Captioned { caption: format!("target, {ON_THE_WALL}"), picture: picture(target) });
+    let mut pictures: Vec<Captioned> = target.collect();
     for step in &study.steps {
-        let caption = format!("{}: {:.4}, ssim {:.4}", step.name, step.view.metrics.rel_rms, step.view.metrics.ssim);
-        pictures.push(captioned(caption, &step.view.image));
+        let metrics = &step.view.metrics;
+        let caption = format!("{}\nrelative RMS {:.4}, SSIM {:.4}", step.name, metrics.rel_rms, metrics.ssim);
+        pictures.push(Captioned { caption, picture: picture(&step.view.image) });
     }
-    contact_sheet(&pictures, 3, 420)
+    // As large as it is, so that rows and pixels beat with each other only once.
+    let last = picture(&study.last().view.image);
+    let (wide, high) = last.dimensions();
+    let (side_x, side_y) = (PIECE.min(wide), PIECE.min(high));
+    let crop = imageops::crop_imm(&last, (wide - side_x) / 2, (high - side_y) / 2, side_x, side_y).to_image();
+    let times = (WIDTH / side_x).max(1);
+    let crop = imageops::resize(&crop, times * side_x, times * side_y, imageops::FilterType::Nearest);
+    let pixel_mm = piece.bench.window().width_mm / f64::from(wide);
+    let rows_mm = study.pass.step_over_mm * piece.bench.window().as_vec().max_element()
+        / piece.bench.block().as_vec().max_element();
+    let what = if rows_mm < BEATING * pixel_mm {
+        format!(
+            "rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm: curves and dashes\nare the beat of the two; on the wall there is a fine line for every row"
+        )
+    } else {
+        format!("rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm")
+    };
+    let caption =
+        format!("the middle of the last, {:.1} mm wide, pixel by pixel\n{what}", pixel_mm * f64::from(side_x));
+    pictures.push(Captioned { caption, picture: crop });
+    contact_sheet(&pictures, 3, WIDTH)
 }

@@ -1,10 +1,10 @@
 //! The sheet of a block that is ready to be made, or not.
 
-use super::common::{light_view, mm, program, row, signal, target_view};
+use super::common::{light_view, mm, program, row, signal, stock_facts, target_view};
 use crate::{
     failure::Failure,
     report::{
-        drawing::dimensioned_drawing,
+        drawing::Drawing,
         html::{Facts, FileRecord, ReadySheet, TrafficLight, write_ready_sheet},
         pictures::Exposure,
     },
@@ -66,7 +66,7 @@ impl ReadyPage<'_> {
                 target_view(&judge::field_of(target), self.exposure),
                 light_view("What the eye will get", &light, self.exposure, note),
             ],
-            drawing: dimensioned_drawing(&study.solid, &piece.bench, &study.order.notes()),
+            drawing: Drawing::of(&study.solid, &piece.bench, &study.order.notes()),
             facts: self.facts(),
             title: self.title,
             files: self.files,
@@ -106,16 +106,6 @@ impl ReadyPage<'_> {
                 format!("{:.2} µm high before the polish, throw light {thrown_mm:.2} mm", 1e3 * scallop.height_mm);
             work.push(row("Scallops", scallop));
         }
-        let stock = vec![
-            row("Material", order.material.clone()),
-            row("Sheet", order.sheet_in_words()),
-            row("Saw to", format!("{} × {} mm", order.sawn_mm.x, order.sawn_mm.y)),
-            row(
-                "Finished block",
-                format!("{} × {} × {} mm", mm(order.block_mm.x), mm(order.block_mm.y), mm(order.thickness_mm)),
-            ),
-            row("Face off the top", format!("{} mm, or what the sheet has too much", mm(order.facing_mm))),
-        ];
         let arrival = vec![
             row("Thickness", format!("nowhere below {:.2} mm, else send it back", order.least_mm())),
             row(
@@ -138,7 +128,7 @@ impl ReadyPage<'_> {
             row(name, says)
         });
         vec![
-            Facts { title: "Stock to order".into(), rows: stock },
+            stock_facts(order),
             Facts { title: "Work".into(), rows: work },
             Facts { title: "Measure on arrival".into(), rows: arrival },
             Facts { title: "If something is off".into(), rows: faults.collect() },
