@@ -5,6 +5,7 @@
 
 mod check;
 mod console;
+mod coupon;
 mod crosscheck;
 mod design;
 mod files;
@@ -81,6 +82,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Mill and polish a block in simulation, and judge every step
     Mill(mill::MillArgs),
+    /// Make a test coupon that tells polish, index, step-over and direction of a bench
+    Coupon(coupon::CouponArgs),
     /// Show a block to an independent renderer, and compare
     Crosscheck(crosscheck::CrosscheckArgs),
     /// List the materials known by name
@@ -114,6 +117,7 @@ impl Command {
             Self::Verify(_) => "verify",
             Self::Check(_) => "check",
             Self::Mill(_) => "mill",
+            Self::Coupon(_) => "coupon",
             Self::Crosscheck(_) => "crosscheck",
             Self::Materials => "materials",
             Self::Presets(_) => "presets",
@@ -129,6 +133,7 @@ impl Command {
             Self::Verify(args) => verify::run(args),
             Self::Check(args) => check::run(args),
             Self::Mill(args) => mill::run(args),
+            Self::Coupon(args) => coupon::run(args),
             Self::Crosscheck(args) => crosscheck::run(args),
             Self::Materials => {
                 materials();

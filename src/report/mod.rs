@@ -3,6 +3,8 @@
 
 #[cfg(feature = "svg")]
 mod budget;
+#[cfg(feature = "cli")]
+mod coupon;
 #[cfg(feature = "svg")]
 mod curves;
 #[cfg(feature = "svg")]
@@ -22,7 +24,11 @@ mod sheet;
 mod svg;
 
 #[cfg(feature = "cli")]
-pub use html::{Facts, FileRecord, Highlight, Model, Page, View, render, write_html};
+pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};
+#[cfg(feature = "cli")]
+pub use html::{
+    CouponSheet, Facts, FileRecord, Highlight, Model, Page, ReadingRule, View, coupon_html, render, write_html,
+};
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]
 pub use {

@@ -6,7 +6,9 @@
 //! says in words is said by whoever fills it.
 
 mod convergence;
+mod coupon;
 mod data;
+mod figure;
 mod maps;
 mod page;
 mod rays;
@@ -14,6 +16,7 @@ mod scene;
 mod section;
 mod still;
 
+pub use coupon::{CouponSheet, ReadingRule, coupon_html};
 pub use page::{Facts, FileRecord, Highlight, Model, Page, View};
 
 use crate::{
@@ -21,13 +24,13 @@ use crate::{
     report::{
         budget::{Cost, budget_chart, rounded},
         isocontours::contour_interval_mm,
-        svg::{Escaped, Svg, png_uri},
+        svg::{Escaped, Svg},
     },
     surface::SurfaceSpline,
 };
 use askama::Template;
 use convergence::Convergence;
-use image::DynamicImage;
+use figure::Figure;
 use maps::ColourMap;
 use rayon::prelude::*;
 use rays::RayFan;
@@ -122,30 +125,6 @@ struct Whole<'a> {
     style: &'static str,
     viewer: &'static str,
     script: &'static str,
-}
-
-/// A picture on the page.
-struct Figure {
-    title: String,
-    note: String,
-    alt: String,
-    uri: String,
-    width: u32,
-    height: u32,
-}
-
-impl Figure {
-    fn of(view: &View, most_px: u32) -> Self {
-        let picture = data::shrunk(&view.picture, most_px);
-        let (width, height) = picture.dimensions();
-        let uri = png_uri(&DynamicImage::from(picture));
-        Self { title: view.title.clone(), note: view.note.clone(), alt: view.alt.clone(), uri, width, height }
-    }
-
-    /// Few pixels are shown as such.
-    fn rendering(&self) -> &'static str {
-        if self.width.max(self.height) < 200 { "coarse" } else { "fine" }
-    }
 }
 
 /// The error budget, with its figures in words for those who cannot see it.

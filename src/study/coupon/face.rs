@@ -29,15 +29,15 @@ const MARKS_PERIOD_MM: f64 = 4.5;
 /// The sharpest hollow of a wave, in radii of the cutter.
 const HOLLOW: f64 = 1.25;
 
-/// On the sheet: from rung to rung, from the spot to the first one, and from the axis to an upright,
-/// mm.
+/// On the sheet: from rung to rung, from the spot to the first one, and from the axis to an
+/// upright, mm.
 const PITCH_MM: f64 = 8.0;
 const GAP_MM: f64 = 36.0;
 const UPRIGHT_MM: f64 = 75.0;
 
 /// Along x: from the axis to where the ladder ends and the wedges begin, and how wide that seam is,
 /// mm.
-const LADDER_MM: f64 = 5.5;
+pub(super) const LADDER_MM: f64 = 5.5;
 const WEDGE_SEAM_MM: f64 = 2.0;
 /// Along y: how high lens, marks and rulings are before they are stretched to fill the coupon, and
 /// the seams between them, mm. A ruling is at least six standard deviations of its polish high.

@@ -65,8 +65,8 @@ impl Ray {
     }
 }
 
-/// Snell's law in vectors; `eta` is the quotient of the indices before and behind. Total reflection,
-/// which no coupon comes near, goes on along the face.
+/// Snell's law in vectors; `eta` is the quotient of the indices before and behind. Total
+/// reflection, which no coupon comes near, goes on along the face.
 fn refracted(ray: DVec3, normal: DVec3, eta: f64) -> DVec3 {
     let cos = ray.dot(normal);
     let square = 1.0 - eta * eta * (1.0 - cos * cos);

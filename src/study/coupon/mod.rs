@@ -10,13 +10,15 @@
 mod face;
 mod light;
 mod read;
+mod seen;
 
 pub use light::CouponState;
 pub use read::{Ladder, Polished, Reading, Streak, Unreadable};
+pub use seen::SeenCoupon;
 
 use crate::{
-    export,
     bench::ExitFace,
+    export,
     fabricate::{Cutter, FaceShape},
     failure::Failure,
     solid::{Shape, Solid, Stock},
@@ -120,7 +122,9 @@ pub enum CouponError {
         away_mm: f64,
     },
     /// A cutter that leaves steps.
-    #[error("{cutter} has no round corner, and rulings cut with it are steps: take a ball or bull-nose cutter (`cutter`)")]
+    #[error(
+        "{cutter} has no round corner, and rulings cut with it are steps: take a ball or bull-nose cutter (`cutter`)"
+    )]
     Flat {
         /// The cutter.
         cutter: Cutter,
@@ -220,15 +224,7 @@ impl Coupon {
         }
         let solid = Solid::shaped(&surface, plan.stock, shape).map_err(Failure::refused)?;
         let ray = Ray::of(&plan, &surface, solid.entry_z_mm());
-        Ok(Self {
-            plan,
-            solid,
-            rulings: layout.rulings(),
-            sharpest_mm,
-            steepest: face.steepest().1,
-            layout,
-            ray,
-        })
+        Ok(Self { plan, solid, rulings: layout.rulings(), sharpest_mm, steepest: face.steepest().1, layout, ray })
     }
 
     /// The exit face.
@@ -292,6 +288,19 @@ impl Coupon {
             Rung { shows, at_mm: self.ray.plain_landing(DVec2::new(0.0, strip.middle_mm()), ior).y }
         };
         self.layout.strips.iter().map(rung).collect()
+    }
+
+    /// Strips of the face from the top: where each begins and ends along y, mm, what it shows, and
+    /// the period of its wave, mm.
+    pub fn strips(&self) -> impl Iterator<Item = (f64, f64, RungShows, Option<f64>)> {
+        let shows = self.rungs(self.plan.ior).into_iter().map(|rung| rung.shows);
+        let strips = self.layout.strips.iter().zip(shows);
+        strips.map(|(strip, shows)| (strip.top_mm, strip.bottom_mm, shows, strip.wave.map(|[period, _]| period)))
+    }
+
+    /// How far the ladder reaches on the face to either side of its middle, along x, mm.
+    pub fn ladder_edge_mm(&self) -> f64 {
+        face::LADDER_MM
     }
 
     /// Half of the length of a bar that nothing has shortened, mm, at an index.

@@ -105,9 +105,8 @@ impl Reading {
         let uprights_mm = side(1.0)? - side(-1.0)?;
         let ior = coupon.ior_of_uprights(uprights_mm).ok_or(Unreadable("the index, by uprights this far apart,"))?;
         let streak = streak_of(coupon, &sheet, ior);
-        let lengthens = |streak: &Streak| {
-            streak.length_mm * streak.rows_deg.to_radians().sin().abs() > coupon.plan.blur_mm()
-        };
+        let lengthens =
+            |streak: &Streak| streak.length_mm * streak.rows_deg.to_radians().sin().abs() > coupon.plan.blur_mm();
         let ladder = if streak.as_ref().is_some_and(lengthens) { None } else { Some(Ladder::of(coupon, &sheet, ior)?) };
         Ok(Self { uprights_mm, ior, streak, ladder })
     }
@@ -147,8 +146,7 @@ impl Sheet<'_> {
     /// The middle of a pixel, mm: left is +x, top is +y.
     fn place(&self, column: usize, row: usize) -> DVec2 {
         let pixel = self.pixel_mm();
-        self.window.centre_mm + 0.5 * self.window.size_mm
-            - DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * pixel
+        self.window.centre_mm + 0.5 * self.window.size_mm - DVec2::new(column as f64 + 0.5, row as f64 + 0.5) * pixel
     }
 
     fn rows(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = usize> {
@@ -231,7 +229,10 @@ fn streak_of(coupon: &Coupon, sheet: &Sheet<'_>, ior: f64) -> Option<Streak> {
     let smooth = |column: usize, row: usize| {
         let columns = column.saturating_sub(half.x)..(column + half.x + 1).min(sheet.image.nx);
         let rows = row.saturating_sub(half.y)..(row + half.y + 1).min(sheet.image.ny);
-        let sum: f64 = rows.flat_map(|row| columns.clone().map(move |column| row * sheet.image.nx + column)).map(|k| sheet.image.values[k]).sum();
+        let sum: f64 = rows
+            .flat_map(|row| columns.clone().map(move |column| row * sheet.image.nx + column))
+            .map(|k| sheet.image.values[k])
+            .sum();
         sum / ((2 * half.x + 1) * (2 * half.y + 1)) as f64
     };
     let pixels = (0..sheet.image.nx * sheet.image.ny).map(|k| (k % sheet.image.nx, k / sheet.image.nx));
@@ -269,10 +270,8 @@ fn streak_of(coupon: &Coupon, sheet: &Sheet<'_>, ior: f64) -> Option<Streak> {
             }
         }
     }
-    let middle: Vec<f64> = (0..count)
-        .filter(|&k| ((k as f64 + 0.5) * step - STREAK_MM).abs() < 0.25 * long)
-        .map(|k| profile[k])
-        .collect();
+    let middle: Vec<f64> =
+        (0..count).filter(|&k| ((k as f64 + 0.5) * step - STREAK_MM).abs() < 0.25 * long).map(|k| profile[k]).collect();
     let level = middle.iter().sum::<f64>() / middle.len() as f64;
     let first = profile.iter().position(|&light| light > 0.5 * level)?;
     let last = profile.iter().rposition(|&light| light > 0.5 * level)?;
