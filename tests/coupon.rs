@@ -302,7 +302,7 @@ fn the_command_writes_what_it_is_asked_for_and_says_what_is_read_from_it() {
     assert_eq!(outcome.code, FINE, "{}", outcome.err);
     assert_eq!(workshop.files(), ["c.html", "c.ngc", "c.step", "c.stl", "picture.png"]);
     let document: serde_json::Value = serde_json::from_str(&outcome.out).unwrap();
-    let coupon = &document["result"]["coupon"];
+    let coupon = &document["result"];
     assert_eq!(coupon["files"].as_array().unwrap().len(), 4);
     let readings = coupon["readings"].as_array().unwrap();
     let number = |reading: usize, key: &str| readings[reading][key].as_f64().unwrap();

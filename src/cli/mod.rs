@@ -32,8 +32,7 @@ use std::{path::PathBuf, process::ExitCode};
 const EXAMPLE: &str = "\
 Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
-  glasswarp check portrait.stl --cutter ball:d6mm --step-over 0.1mm
-  glasswarp verify portrait.stl --target portrait.png";
+  glasswarp check portrait.stl --cutter ball:d6mm --step-over 0.1mm";
 
 const CLOSING: &str = "\
 Lengths take mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,

@@ -174,17 +174,19 @@ pub fn coupon_sheet(coupon: &Coupon) -> Svg {
         for side in [-1.0, 1.0] {
             let place = |n: f64, y: f64| at(side * 0.5 * coupon.uprights_mm(n), y);
             sheet.line(place(first, 0.0), place(last, 0.0), LINE);
-            let hundredths = (((last - first) * 500.0).round() as u32).max(1);
-            for k in 0..=hundredths {
+            // A tick for every two units of the third decimal, a number for every two of the second.
+            let ticks = ((last - first) * 500.0).round() as u32;
+            for k in 0..=ticks {
                 let n = first + f64::from(k) / 500.0;
-                let long = k % 5 == 0;
-                sheet.line(place(n, 0.0), place(n, if long { 4.0 } else { 2.0 }), if long { LINE } else { FINE });
-                if long {
-                    sheet.text(place(n, 6.0), Anchor::Middle, &format!("{n:.2}"), SMALL);
+                let (tall, pen) = if k % 5 == 0 { (3.5, LINE) } else { (1.8, FINE) };
+                sheet.line(place(n, 0.0), place(n, tall), pen);
+                if (n * 100.0).round() as u32 % 2 == 0 && k % 5 == 0 {
+                    let angle = -std::f64::consts::FRAC_PI_2;
+                    sheet.turned_text(place(n, 4.5), Anchor::Start, angle, &format!("{n:.2}"), SMALL);
                 }
             }
-            let middle = at(side * 0.25 * (coupon.uprights_mm(first) + coupon.uprights_mm(last)), -5.0);
-            sheet.text(middle, Anchor::Middle, "--ior, where both scales say the same", SMALL);
+            let middle = at(side * 0.25 * (coupon.uprights_mm(first) + coupon.uprights_mm(last)), -4.0);
+            sheet.text(middle, Anchor::Middle, "--ior: mean of both sides", SMALL);
         }
     }
     // How true the print is.

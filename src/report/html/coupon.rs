@@ -13,8 +13,8 @@ pub struct ReadingRule {
     pub see: String,
     /// What it means.
     pub means: String,
-    /// What to type.
-    pub types: String,
+    /// What to type: flags.
+    pub types: Vec<String>,
 }
 
 /// Everything that the page of a coupon shows.
@@ -58,7 +58,7 @@ pub fn coupon_html(page: &CouponSheet) -> String {
     let template = Whole {
         page,
         face: drawing(&page.face, "drawing", "The structured face with its strips and the direction of the rows"),
-        bench: drawing(&page.bench, "drawing", "Lamp, coupon and sheet of paper in a line"),
+        bench: drawing(&page.bench, "bench", "Lamp, coupon and sheet of paper in a line"),
         sheet: drawing(&page.sheet, "true-size", "The sheet to read the coupon on, with its scales"),
         seen: page.seen.iter().map(|view| Figure::of(view, SEEN_PX)).collect(),
     };

@@ -81,20 +81,24 @@ impl CouponPage<'_> {
             ),
             "Read it once as it comes from the machine: that tells step-over, direction and index. Then polish it as you will polish the block, clean it, and read the polish.".into(),
             format!(
-                "Print the sheet on the next page at 100 % and hang it upright in a dark room. Put a small lamp (a phone’s torch with a hole of {} mm before it; not the sun, which is too large) {} mm before the flat face of the coupon, and the paper {} mm behind that face, all three in a line. The ruled face looks at the paper, the coarse rulings are on top.",
+                "Print this file at 100 % and hang its second page, the sheet with the scales, upright in a dark room. Put a small lamp (a phone’s torch with a hole of {} mm before it; not the sun, which is too large) {} mm before the flat face of the coupon, and the paper {} mm behind that face, all three in a line. The ruled face looks at the paper, the coarse rulings are on top.",
                 mm(plan.lamp_diameter_mm),
                 mm(plan.lamp_mm),
                 mm(plan.distance_mm)
             ),
-            "Move the paper until the spot lies in its circle and both uprights stand at the same place of their scales. Measure the distance of the paper from the flat face again, to a millimetre.".into(),
+            "Shift the paper sideways and up or down until both uprights stand at the same index of their scales and the spot lies in its circle. Then measure its distance from the flat face again, to a millimetre.".into(),
         ]
     }
 
     fn rules(&self) -> Vec<ReadingRule> {
         let coupon = self.coupon;
         let ior = coupon.plan.ior;
-        let rule =
-            |of: &str, see: String, means: String, types: String| ReadingRule { of: of.into(), see, means, types };
+        let rule = |of: &str, see: String, means: String, types: &[String]| ReadingRule {
+            of: of.into(),
+            see,
+            means,
+            types: types.to_vec(),
+        };
         let number = |k: usize| &coupon.rulings[k.min(coupon.rulings.len() - 1)];
         let (a, b) = (number(9), number(10));
         let streak = coupon.streak_mm(self.pass.step_over_mm, DVec2::Y, ior);
@@ -102,12 +106,13 @@ impl CouponPage<'_> {
         vec![
             rule(
                 "Index",
-                "the two bright upright lines left and right: where they cross the scales at the middle of the sheet".into(),
+                "the two bright upright lines left and right: where they cross the two scales in the middle of the sheet".into(),
                 format!(
-                    "the index stands on the scale; or measure from line to line with a ruler and look it up in the table ({:.1} mm are {ior}). If the scales differ, take the mean",
-                    coupon.uprights_mm(ior)
+                    "the mean of what both scales say; finer: measure from line to line with a ruler, to half a millimetre, and look it up in the table ({:.1} mm are {ior}; a millimetre more is {:.4} more)",
+                    coupon.uprights_mm(ior),
+                    1.0 / (100.0 * (coupon.uprights_mm(ior + 0.01) - coupon.uprights_mm(ior)))
                 ),
-                format!("--ior {ior}"),
+                &[format!("--ior {ior}")],
             ),
             rule(
                 "Polish",
@@ -116,7 +121,7 @@ impl CouponPage<'_> {
                     "the polish stands beside that bar; if the next one falls short by as much, it is halfway between the two (bar {} just beyond, bar {} just short: between {:.3} and {:.3} mm)",
                     a.number, b.number, b.sigma_mm, a.sigma_mm
                 ),
-                format!("--finish polish={:.2}mm  (mill, check: --polish {:.2}mm)", a.sigma_mm, a.sigma_mm),
+                &[format!("--finish polish={:.2}mm", a.sigma_mm), format!("--polish {:.2}mm", a.sigma_mm)],
             ),
             rule(
                 "Step-over",
@@ -125,13 +130,13 @@ impl CouponPage<'_> {
                     "the step-over stands beside its ends; {:.4} mm to every millimetre of streak with this cutter ({streak:.1} mm are {} mm)",
                     per_mm, self.pass.step_over_mm
                 ),
-                format!("--step-over {}mm", self.pass.step_over_mm),
+                &[format!("--step-over {}mm", self.pass.step_over_mm)],
             ),
             rule(
                 "Direction",
                 "the direction of the streak".into(),
                 "rows run across it: an upright streak means rows along x, a level one rows along y. With anything but an upright streak the bars are too long: turn the piece on the machine and cut again before you read the polish".into(),
-                format!("--direction {}", self.pass.direction),
+                &[format!("--direction {}", self.pass.direction)],
             ),
         ]
     }

@@ -32,8 +32,8 @@ const SIGMAS_MM: [f64; 2] = [0.1, 0.25];
 const OFF: f64 = 0.02;
 
 impl SeenCoupon {
-    /// A coupon that was found in a file, or as it was made: milled by a pass, then polished in two
-    /// ways, once with glass of another index. Rows that are shown run along x.
+    /// A coupon that was found in a file, or as it was made: milled by a pass, polished in two ways,
+    /// and of glass of another index. Rows that are shown run along x.
     ///
     /// # Errors
     /// A file that holds no block, a pass that does not fit the coupon.
@@ -58,16 +58,17 @@ impl SeenCoupon {
         let pass = Pass { direction: Direction::X, allowance_mm: 0.0, ..pass };
         let milled = format!("milled along x, rows {} mm apart", pass.step_over_mm);
         let [fine, coarse] = SIGMAS_MM.map(|sigma| (sigma, Polish::new(sigma).ok()));
+        let polished = |sigma: f64| format!("cut perfectly, polish {sigma} mm");
         let states = [
-            (format!("{milled}, not polished"), ior, None),
-            (format!("{milled}, polish {} mm", fine.0), ior, fine.1),
-            (format!("{milled}, polish {} mm", coarse.0), ior, coarse.1),
-            (format!("{milled}, polish {} mm, index {:.3}", fine.0, ior + OFF), ior + OFF, fine.1),
+            (format!("{milled}, not polished"), ior, Some(pass), None),
+            (polished(fine.0), ior, None, fine.1),
+            (polished(coarse.0), ior, None, coarse.1),
+            (format!("{}, index {:.3}", polished(fine.0), ior + OFF), ior + OFF, None, fine.1),
         ];
         begin(progress, "milling and tracing", states.len())?;
         let mut seen = Vec::new();
-        for (name, ior, polish) in states {
-            let state = CouponState { ior, pass: Some(pass), polish };
+        for (name, ior, pass, polish) in states {
+            let state = CouponState { ior, pass, polish };
             let image = coupon.seen(&block, &state, PHOTONS)?;
             let reading = Reading::of(coupon, &image, &Coupon::window());
             seen.push(Self { name, state, image, reading });
