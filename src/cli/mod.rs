@@ -5,6 +5,7 @@
 
 mod check;
 mod console;
+mod coupon;
 mod crosscheck;
 mod design;
 mod files;
@@ -87,6 +88,8 @@ enum Command {
     Mill(mill::MillArgs),
     /// Ask all that matters before a slab is paid for; one sheet to print
     Ready(ready::ReadyArgs),
+    /// Make a test coupon that tells polish, index, step-over and direction of a bench
+    Coupon(coupon::CouponArgs),
     /// Show a block to an independent renderer, and compare
     Crosscheck(crosscheck::CrosscheckArgs),
     /// List the materials known by name
@@ -121,6 +124,7 @@ impl Command {
             Self::Check(_) => "check",
             Self::Mill(_) => "mill",
             Self::Ready(_) => "ready",
+            Self::Coupon(_) => "coupon",
             Self::Crosscheck(_) => "crosscheck",
             Self::Materials => "materials",
             Self::Presets(_) => "presets",
@@ -137,6 +141,7 @@ impl Command {
             Self::Check(args) => check::run(args),
             Self::Mill(args) => mill::run(args),
             Self::Ready(args) => ready::run(args),
+            Self::Coupon(args) => coupon::run(args),
             Self::Crosscheck(args) => crosscheck::run(args),
             Self::Materials => {
                 materials();

@@ -92,6 +92,66 @@ records! {
         /// The most memory that the run was expected to take, bytes.
         expected_memory: u64,
     }
+    /// A test coupon.
+    Coupon {
+        /// Files written.
+        files: Vec<String>,
+        /// The block.
+        block: Block,
+        /// Refractive index that it is planned for.
+        ior: f64,
+        /// From its flat face to the sheet on which it is read.
+        distance_mm: f64,
+        /// From the lamp to its flat face.
+        lamp_distance_mm: f64,
+        /// Diameter of the lamp.
+        lamp_diameter_mm: f64,
+        /// The finishing cutter.
+        cutter: String,
+        /// Radius of the sharpest hollow.
+        sharpest_mm: f64,
+        /// The ladder, from its coarsest ruling.
+        rulings: Vec<CouponRuling>,
+        /// How far apart the two uprights stand on the sheet, by the index.
+        uprights: Vec<CouponUprights>,
+        /// By how much the index is read too high for a millimetre that the sheet is too far away.
+        ior_per_mm: f64,
+        /// What is read from the traced light of the coupon after some work on it.
+        readings: Vec<CouponReading>,
+    }
+    /// A ruling of a test coupon.
+    CouponRuling {
+        /// Its number, from 1.
+        number: usize,
+        /// Period of its wave.
+        period_mm: f64,
+        /// Amplitude of its wave.
+        amplitude_mm: f64,
+        /// Standard deviation of the polish that makes its bar as long as the marks.
+        sigma_mm: f64,
+    }
+    /// Where the uprights of a test coupon stand.
+    CouponUprights {
+        /// Refractive index.
+        ior: f64,
+        /// How far apart they stand.
+        apart_mm: f64,
+    }
+    /// A test coupon, read by the rules of its page.
+    CouponReading {
+        /// What was done to it, in words.
+        state: String,
+        /// Its refractive index.
+        ior: f64,
+        /// The index that is read; null where the sheet cannot be read.
+        ior_read: Option<f64>,
+        /// The polish that is read, standard deviation; null where the ladder cannot be read.
+        polish_read_mm: Option<f64>,
+        /// The step-over that is read; null without a streak.
+        step_over_read_mm: Option<f64>,
+        /// The direction of the rows that is read, degrees from x towards y; null without a streak.
+        rows_read_deg: Option<f64>,
+    }
     /// A preview.
     Preview {
         /// Files written.
@@ -536,6 +596,8 @@ pub enum Result {
     Ready(Ready),
     /// What another renderer sees.
     Crosscheck(Crosscheck),
+    /// A test coupon.
+    Coupon(Box<Coupon>),
     /// Materials.
     Materials(Materials),
     /// Presets.

@@ -5,6 +5,8 @@
 mod axes;
 #[cfg(feature = "svg")]
 mod budget;
+#[cfg(feature = "cli")]
+mod coupon;
 #[cfg(feature = "svg")]
 mod curves;
 #[cfg(feature = "svg")]
@@ -24,9 +26,11 @@ mod sheet;
 mod svg;
 
 #[cfg(feature = "cli")]
+pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};
+#[cfg(feature = "cli")]
 pub use html::{
-    Facts, FileRecord, Highlight, Model, Page, ReadySheet, Signal, TrafficLight, View, render, write_html,
-    write_ready_sheet,
+    CouponSheet, Facts, FileRecord, Highlight, Model, Page, ReadingRule, ReadySheet, Signal, TrafficLight, View,
+    coupon_html, render, write_html, write_ready_sheet,
 };
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]

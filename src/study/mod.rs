@@ -12,6 +12,7 @@ pub mod bench;
 pub mod budget;
 pub mod changed;
 pub mod check;
+pub mod coupon;
 pub mod crosscheck;
 pub mod cutters;
 pub mod design;

@@ -6,6 +6,7 @@
 //! says in words is said by whoever fills it.
 
 mod convergence;
+mod coupon;
 mod data;
 mod figure;
 mod maps;
@@ -17,6 +18,7 @@ mod sheet;
 mod signal;
 mod still;
 
+pub use coupon::{CouponSheet, ReadingRule, coupon_html};
 pub use page::{Facts, FileRecord, Highlight, Model, Page, View};
 pub use sheet::{ReadySheet, write_ready_sheet};
 pub use signal::{Signal, TrafficLight};
