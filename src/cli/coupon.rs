@@ -15,7 +15,7 @@ use crate::{
     record::document,
     report::pages::{common::mm, coupon::CouponPage},
     solid::{Shape, Solid, Stock},
-    spec::{Length, OriginName, Settings},
+    spec::{Feed, Length, OriginName, Settings},
     study::{
         coupon::{Coupon, CouponPlan, SeenCoupon},
         material::ior_of,
@@ -76,9 +76,9 @@ pub(crate) struct CouponArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0mm", allow_hyphen_values = true)]
     allowance: Length,
 
-    /// The program's feed, per minute
-    #[arg(long, value_name = "LENGTH", default_value = "1000mm", allow_hyphen_values = true)]
-    feed: Length,
+    /// The program's feed
+    #[arg(long, value_name = "FEED", default_value = "1000mm/min", allow_hyphen_values = true)]
+    feed: Feed,
 
     /// The program's speed of the spindle, per minute
     #[arg(long, value_name = "SPEED", default_value_t = 18_000.0, allow_hyphen_values = true)]
@@ -92,11 +92,7 @@ pub(crate) struct CouponArgs {
 pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     let (files, page) = files(args)?;
     outputs::plan([], files.iter().cloned().chain([page.clone()]))?;
-    let settings = Settings {
-        material: args.material.clone().or_else(|| args.ior.is_none().then(|| "pmma".to_owned())),
-        ior: args.ior,
-        ..Settings::default()
-    };
+    let settings = Settings { material: args.material.clone(), ior: args.ior, ..Settings::default() };
     let plan = CouponPlan {
         ior: ior_of(&settings)?,
         distance_mm: args.distance.mm,
@@ -112,8 +108,11 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
         direction: args.direction,
         allowance_mm: args.allowance.mm,
     };
-    let machining =
-        Machining { feed_mm_per_min: args.feed.mm, spindle_per_min: args.spindle, safe_mm: args.safe_height.mm };
+    let machining = Machining {
+        feed_mm_per_min: args.feed.mm_per_minute,
+        spindle_per_min: args.spindle,
+        safe_mm: args.safe_height.mm,
+    };
     machining.check().map_err(Failure::refused)?;
     let progress = TerminalProgress::new();
     let coupon = Coupon::of(plan, shape)?;
@@ -129,13 +128,13 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     let found = files.iter().find(|file| !is_program(file)).map(|file| read_mesh(file)).transpose()?;
     let seen = SeenCoupon::all(&coupon, found, pass, &progress)?;
     progress.finish();
-    let minutes = pass.cost(&coupon.surface().contour()).minutes(args.feed.mm);
+    let minutes = pass.cost(&coupon.surface().contour()).minutes(args.feed.mm_per_minute);
     let sheet = CouponPage { coupon: &coupon, seen: &seen, pass, command: report_files::command() };
     sheet.write(&page)?;
     let written: Vec<PathBuf> = files.into_iter().chain([page]).collect();
     print(&coupon, &seen, &written);
     if written.iter().any(|file| is_program(file)) {
-        say!("  program        {minutes:.0} min at {} per minute, after roughing", args.feed);
+        say!("  program        {minutes:.0} min at {}, after roughing", args.feed);
     }
     console::result(document::Result::Coupon(Box::new(coupon.document(&seen, document::texts(&written)))));
     if args.direction.unit().y != 0.0 {
