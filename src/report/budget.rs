@@ -38,7 +38,8 @@ const THICK: f64 = 12.0;
 const TICKS: [f64; 8] = [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0];
 /// What the eye makes of a relative RMS error, as the tutorial says, up to the end of each band,
 /// and its grey.
-const BANDS: [(f64, &str, u8); 3] = [(0.01, "not seen", 255), (0.1, "seen beside the picture", 246), (1.0, "seen at once", 236)];
+const BANDS: [(f64, &str, u8); 3] =
+    [(0.01, "not seen", 255), (0.1, "seen beside the picture", 246), (1.0, "seen at once", 236)];
 
 /// How far along the axis an error lies, from 0 to 1.
 ///
@@ -102,7 +103,12 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
         sheet.line(DVec2::new(x, upper), DVec2::new(x, lower), GRID);
         sheet.text(DVec2::new(x, 44.0), Anchor::Middle, &format!("{tick}"), FINE);
     }
-    sheet.text(DVec2::new(begin, 9.0), Anchor::Start, "relative RMS error (axis of its square root), to the eye:", FINE);
+    sheet.text(
+        DVec2::new(begin, 9.0),
+        Anchor::Start,
+        "relative RMS error (axis of its square root), to the eye:",
+        FINE,
+    );
     for (k, title) in (0u32..).zip(titles) {
         let at = DVec2::new(f64::from(MARGIN + k * (width + MARGIN)), 44.0);
         sheet.fitted_text(at, Anchor::Start, title, FINE, f64::from(width));

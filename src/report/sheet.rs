@@ -122,7 +122,8 @@ pub(super) fn table_of_pictures(title: &str, rows: Vec<Row>, columns: u32, width
     };
     let rows: Vec<(Vec<String>, Vec<GrayImage>)> =
         rows.into_iter().map(|row| (row.words, row.pictures.iter().map(small).collect())).collect();
-    let tall = rows.iter().flat_map(|(_, pictures)| pictures).map(GrayImage::height).max().unwrap_or(0).max(86) + MARGIN;
+    let tall =
+        rows.iter().flat_map(|(_, pictures)| pictures).map(GrayImage::height).max().unwrap_or(0).max(86) + MARGIN;
     let mut sheet = Svg::new(width_px, TITLE + tall * longest as u32 + MARGIN);
     sheet.text(DVec2::new(MARGIN.into(), 20.0), Anchor::Start, title, NAME);
     for (k, (words, pictures)) in rows.into_iter().enumerate() {

@@ -24,8 +24,8 @@ use crate::{
     export::{WriteError, write_atomically},
     report::{
         budget::{Cost, budget_chart, rounded},
-        isocontours::contour_interval_mm,
         drawing::Drawing,
+        isocontours::contour_interval_mm,
         svg::{Escaped, png_uri},
     },
     surface::SurfaceSpline,
@@ -179,7 +179,10 @@ fn budget(costs: &[Cost]) -> String {
         None => cost.name.clone(),
     };
     let steps: Vec<String> = costs.iter().map(step).collect();
-    let words = format!("Relative RMS error of the light, step by step, along an axis of its square root. {}", steps.join("; "));
+    let words = format!(
+        "Relative RMS error of the light, step by step, along an axis of its square root. {}",
+        steps.join("; ")
+    );
     budget_chart(costs).element(&format!("class=\"paper ink\" role=\"img\" aria-label=\"{}\"", Escaped(&words)))
 }
 

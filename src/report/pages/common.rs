@@ -84,7 +84,12 @@ pub(crate) fn light_view(title: &str, light: &Field<f64>, exposure: Exposure, no
 pub(crate) fn target_view(wanted: &Field<f64>, exposure: Exposure) -> View {
     View {
         alt: "The picture that the light shall draw, in shades of grey".into(),
-        ..light_view("The picture", wanted, exposure, "As it shall be seen: the picture as light, with its offset.".into())
+        ..light_view(
+            "The picture",
+            wanted,
+            exposure,
+            "As it shall be seen: the picture as light, with its offset.".into(),
+        )
     }
 }
 

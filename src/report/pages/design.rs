@@ -21,7 +21,12 @@ use crate::{
     },
     spec::{Settings, name_of},
     study::{
-        budget::BudgetStep, design::Plan, judge, order::StockOrder, verdict::Verdict, verification::{DesignVerification, Seen},
+        budget::BudgetStep,
+        design::Plan,
+        judge,
+        order::StockOrder,
+        verdict::Verdict,
+        verification::{DesignVerification, Seen},
     },
     surface::SurfaceSpline,
 };
@@ -48,12 +53,7 @@ impl BlockDrawings {
         let spline = SurfaceSpline::through(surface);
         let (shape, (drawing, contours)) = rayon::join(
             || FaceShape::of_spline(surface, &spline),
-            || {
-                rayon::join(
-                    || Drawing::of(solid, &plan.bench, &notes),
-                    || Isocontours::of_spline(surface, &spline),
-                )
-            },
+            || rayon::join(|| Drawing::of(solid, &plan.bench, &notes), || Isocontours::of_spline(surface, &spline)),
         );
         Self { shape, drawing, order, contours }
     }

@@ -37,7 +37,7 @@ pub(crate) fn check_sheet(
 /// Width of the sheet of a check, pixels.
 const WIDTH_PX: u32 = 1400;
 /// Width of a face on it, pixels: three of them with their axes fill it.
-const MAP_PX: u32 = 376;
+const MAP_PX: u32 = 366;
 
 fn contact(maps: &[(String, Svg)]) -> GrayImage {
     let pictures: Vec<Captioned> =
@@ -124,10 +124,11 @@ const BEATING: f64 = 3.0;
 pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) -> GrayImage {
     const WIDTH: u32 = 420;
     let picture = |image: &Image| irradiance_picture(&judge::field_of(image), exposure);
-    let target = piece.examiner.target().into_iter().map(|target| Captioned {
-        caption: format!("target, {ON_THE_WALL}"),
-        picture: picture(target),
-    });
+    let target = piece
+        .examiner
+        .target()
+        .into_iter()
+        .map(|target| Captioned { caption: format!("target, {ON_THE_WALL}"), picture: picture(target) });
     let mut pictures: Vec<Captioned> = target.collect();
     for step in &study.steps {
         let metrics = &step.view.metrics;
@@ -144,14 +145,12 @@ pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) 
     let pixel_mm = piece.bench.window().width_mm / f64::from(wide);
     let rows_mm = study.pass.step_over_mm * piece.bench.window().as_vec().max_element()
         / piece.bench.block().as_vec().max_element();
-    let what = if rows_mm < BEATING * pixel_mm {
-        format!(
-            "rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm: curves and dashes\nare the beat of the two; on the wall there is a fine line for every row"
-        )
-    } else {
-        format!("rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm")
-    };
-    let caption = format!("the middle of the last, {:.1} mm wide, pixel by pixel\n{what}", pixel_mm * f64::from(side_x));
+    let mut what = format!("rows {rows_mm:.2} mm apart on the wall, pixels {pixel_mm:.2} mm");
+    if rows_mm < BEATING * pixel_mm {
+        what += ":\ncurves and dashes are the beat of the two,\non the wall every row is a fine line";
+    }
+    let caption =
+        format!("the middle of the last, {:.1} mm wide, pixel by pixel\n{what}", pixel_mm * f64::from(side_x));
     pictures.push(Captioned { caption, picture: crop });
     contact_sheet(&pictures, 3, WIDTH)
 }
