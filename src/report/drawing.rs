@@ -257,8 +257,9 @@ impl Plan<'_> {
         let along = across.normalize();
         let from = self.centre - 0.34 * PLAN.min(2.0 * (self.centre.min_element() - MARGIN)) * along;
         image.stroke(&arrow(from - 60.0 * along, from, HEAD), RAY);
-        let beside = from - 30.0 * along + DVec2::new(14.0, 12.0);
-        image.text(beside, Anchor::Start, &format!("light goes this way, {}", tilt(self.bench)), TEXT);
+        let beside = from - 30.0 * along + DVec2::new(14.0, 4.0);
+        image.text(beside, Anchor::Start, "light goes this way,", TEXT);
+        image.text(beside + DVec2::new(0.0, 24.0), Anchor::Start, &tilt(self.bench), TEXT);
     }
 
     /// The origin of the files and its axes.
@@ -313,7 +314,9 @@ impl Section<'_> {
         image.stroke(&ring(profile), OUTLINE);
         let beyond = DVec2::new(20.0, 0.0);
         image.dashed(self.at(-half, 0.0) - beyond, self.at(half, 0.0) + beyond, DIMENSION);
-        image.text(self.at(half, 0.0) + DVec2::new(26.0, 0.0), Anchor::Start, "mean exit plane", NOTE);
+        for (line, down) in [("mean exit", -10.0), ("plane", 10.0)] {
+            image.text(self.at(half, 0.0) + DVec2::new(26.0, down), Anchor::Start, line, NOTE);
+        }
         let thickness = mm(self.solid.thickness_mm());
         let sides = [self.at(-half, top), self.at(-half, entry)];
         dimension(image, sides, Beside::Upright(sides[0].x - AWAY), &thickness, TEXT);
@@ -436,12 +439,21 @@ mod tests {
             assert_eq!(words.matches("18.43° to the axis").count(), if tilted { 2 } else { 0 }, "{words}");
             assert_eq!(words.contains(Cut::Y.name()), cut == Cut::Y);
         }
-        // The profile is that of the plane of the section: it is flat along x in the middle row
-        // only if the face is.
+        // The profile is that of the plane of the section: this face rises along y alone.
         let ridge = HeightField::new(Extent::new(60.0, 40.0), Field::from_fn(13, 9, |_, j| 0.3 * j as f64));
         let ridge = Solid::shaped(&ridge, Stock::of_thickness(12.0), Shape::default()).unwrap();
-        let profile = |bench: &Bench| Drawing::of(&ridge, bench, &[]).views.raster();
-        assert_ne!(profile(&glass()), profile(&along(0.0, 0.3)));
+        let scale = PLAN / 60.0;
+        let rise_px = |bench: &Bench, length_mm: f64| {
+            let image = Drawing::of(&ridge, bench, &[]).views.raster();
+            let top = |part: f64| {
+                let x = (MARGIN + part * scale * length_mm) as u32;
+                let begin = (MARGIN + 40.0 * scale + 20.0) as u32;
+                (begin..image.height()).find(|&y| image.get_pixel(x, y).0[0] < 40).unwrap()
+            };
+            f64::from(top(0.1)) - f64::from(top(0.9))
+        };
+        assert!(rise_px(&glass(), 60.0).abs() <= 1.0);
+        assert!((rise_px(&along(0.0, 0.3), 40.0) - 0.8 * 2.4 * scale).abs() <= 1.5);
     }
 
     #[test]

@@ -37,7 +37,7 @@ pub(crate) fn check_sheet(
 /// Width of the sheet of a check, pixels.
 const WIDTH_PX: u32 = 1400;
 /// Width of a face on it, pixels: three of them with their axes fill it.
-const MAP_PX: u32 = 376;
+const MAP_PX: u32 = 366;
 
 fn contact(maps: &[(String, Svg)]) -> GrayImage {
     let pictures: Vec<Captioned> =
@@ -145,13 +145,10 @@ pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) 
     let pixel_mm = piece.bench.window().width_mm / f64::from(wide);
     let rows_mm = study.pass.step_over_mm * piece.bench.window().as_vec().max_element()
         / piece.bench.block().as_vec().max_element();
-    let what = if rows_mm < BEATING * pixel_mm {
-        format!(
-            "rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm: curves and dashes\nare the beat of the two; on the wall there is a fine line for every row"
-        )
-    } else {
-        format!("rows come {rows_mm:.2} mm apart on the wall, pixels are {pixel_mm:.2} mm")
-    };
+    let mut what = format!("rows {rows_mm:.2} mm apart on the wall, pixels {pixel_mm:.2} mm");
+    if rows_mm < BEATING * pixel_mm {
+        what += ":\ncurves and dashes are the beat of the two,\non the wall every row is a fine line";
+    }
     let caption =
         format!("the middle of the last, {:.1} mm wide, pixel by pixel\n{what}", pixel_mm * f64::from(side_x));
     pictures.push(Captioned { caption, picture: crop });
