@@ -116,7 +116,7 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     machining.check().map_err(Failure::refused)?;
     let progress = TerminalProgress::new();
     let coupon = Coupon::of(plan, shape)?;
-    pass.check(coupon.surface().extent()).map_err(Failure::refused)?;
+    coupon.check(&pass)?;
     for file in &files {
         if is_program(file) {
             write_program(file, &coupon, pass, &machining)?;

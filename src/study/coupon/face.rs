@@ -4,7 +4,7 @@
 //! a profile along y, whose strips throw it to the rungs; and the waves. Each part is a lens that
 //! brings the lamp to a line on the sheet, so that how large it is does not matter.
 
-use super::{CouponError, CouponPlan, Ruling};
+use super::plan::{CouponError, CouponPlan};
 use crate::{
     grid::{Extent, Field},
     surface::HeightField,
@@ -49,12 +49,12 @@ const SEAM_MM: f64 = 0.5;
 const LENS_SEAM_MM: f64 = 1.5;
 
 /// `exp(-2 pi^2 sigma^2 / L^2)`: what a polish leaves of a wave's amplitude.
-pub(super) fn left(sigma_mm: f64, period_mm: f64) -> f64 {
+fn left(sigma_mm: f64, period_mm: f64) -> f64 {
     (-2.0 * (PI * sigma_mm / period_mm).powi(2)).exp()
 }
 
 /// The polish that leaves this part of what it leaves of the marks, mm.
-pub(super) fn sigma_leaving(part: f64, period_mm: f64) -> f64 {
+fn sigma_leaving(part: f64, period_mm: f64) -> f64 {
     let against = period_mm.powi(-2) - MARKS_PERIOD_MM.powi(-2);
     (-0.5 * part.ln() / against).max(0.0).sqrt() / PI
 }
@@ -62,6 +62,33 @@ pub(super) fn sigma_leaving(part: f64, period_mm: f64) -> f64 {
 /// The period of the wave of which a polish leaves half of what it leaves of the marks, mm.
 fn period_of(sigma_mm: f64) -> f64 {
     (0.5 * LN_2 / (PI * sigma_mm).powi(2) + MARKS_PERIOD_MM.powi(-2)).sqrt().recip()
+}
+
+/// A ruling of the ladder.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ruling {
+    /// Its number on the page, from 1.
+    pub number: usize,
+    /// Its period, mm.
+    pub period_mm: f64,
+    /// Amplitude of the wave, mm.
+    pub amplitude_mm: f64,
+    /// The standard deviation of the polish that makes its bar as long as the marks, mm.
+    pub sigma_mm: f64,
+    /// Where it lies on the face: from and to, along y, mm.
+    pub strip_mm: [f64; 2],
+}
+
+impl Ruling {
+    /// What a polish leaves of its wave, `exp(-2 pi^2 sigma^2 / L^2)`.
+    pub fn left_by(&self, sigma_mm: f64) -> f64 {
+        left(sigma_mm, self.period_mm)
+    }
+
+    /// The polish at which its bar is this many times as long as the marks, mm.
+    pub fn sigma_at(&self, against_marks: f64) -> f64 {
+        sigma_leaving(0.5 * against_marks, self.period_mm)
+    }
 }
 
 /// What a strip of the face shows.

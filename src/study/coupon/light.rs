@@ -1,77 +1,17 @@
-//! The light of a coupon: single rays, by which the page's scales are drawn, and the traced picture
-//! of a coupon that has been worked on.
+//! The traced light of a coupon that has been worked on.
 
-use super::{Coupon, CouponPlan};
+use super::{piece::Coupon, plan::CouponError};
 use crate::{
-    fabricate::{Pass, PassError, Rows, SAMPLES_PER_ROW},
+    fabricate::{Pass, Rows, SAMPLES_PER_ROW},
     failure::Failure,
     grid::Field,
     study::mill::{mill, polished},
-    surface::{HeightField, Polish, SurfaceSpline},
+    surface::{HeightField, Polish},
 };
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{
     Block, Emission, Image, Light, PhotonPlan, Scene, SourceExtent, Surface, Tracer, Traversal, Window, photons,
 };
-
-/// The way of a ray from the lamp through a place of the face to the sheet.
-#[derive(Clone, Debug)]
-pub(super) struct Ray {
-    spline: SurfaceSpline,
-    lamp: DVec3,
-    entry_z_mm: f64,
-    distance_mm: f64,
-}
-
-impl Ray {
-    pub(super) fn of(plan: &CouponPlan, surface: &HeightField, entry_z_mm: f64) -> Self {
-        Self {
-            spline: SurfaceSpline::through(surface),
-            lamp: DVec3::Z * (entry_z_mm - plan.lamp_mm),
-            entry_z_mm,
-            distance_mm: plan.distance_mm + entry_z_mm,
-        }
-    }
-
-    /// The same with the sheet further away.
-    pub(super) fn further(&self, by_mm: f64) -> Self {
-        Self { distance_mm: self.distance_mm + by_mm, ..self.clone() }
-    }
-
-    /// Where the light of a place of the face lands, mm, if the face had this slope besides its
-    /// own.
-    pub(super) fn landing(&self, at: DVec2, slope: DVec2, ior: f64) -> DVec2 {
-        let sample = self.spline.sample(at);
-        self.from(at.extend(sample.height_mm), sample.slope + slope, ior)
-    }
-
-    /// The same of the face without its slope along x.
-    pub(super) fn plain_landing(&self, at: DVec2, ior: f64) -> DVec2 {
-        let sample = self.spline.sample(at);
-        self.from(at.extend(sample.height_mm), sample.slope * DVec2::Y, ior)
-    }
-
-    fn from(&self, exit: DVec3, slope: DVec2, ior: f64) -> DVec2 {
-        // Where the ray enters is found from where it leaves.
-        let mut entry = exit.truncate();
-        let mut inside = DVec3::Z;
-        for _ in 0..8 {
-            let before = (entry.extend(self.entry_z_mm) - self.lamp).normalize();
-            inside = refracted(before, DVec3::Z, 1.0 / ior);
-            entry = exit.truncate() - inside.truncate() * ((exit.z - self.entry_z_mm) / inside.z);
-        }
-        let after = refracted(inside, (-slope).extend(1.0).normalize(), ior);
-        exit.truncate() + after.truncate() * ((self.distance_mm - exit.z) / after.z)
-    }
-}
-
-/// Snell's law in vectors; `eta` is the quotient of the indices before and behind. Total
-/// reflection, which no coupon comes near, goes on along the face.
-fn refracted(ray: DVec3, normal: DVec3, eta: f64) -> DVec3 {
-    let cos = ray.dot(normal);
-    let square = 1.0 - eta * eta * (1.0 - cos * cos);
-    eta * ray + (square.max(1e-6).sqrt() - eta * cos) * normal
-}
 
 /// What has been done to a coupon, and what it is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,6 +44,15 @@ impl Coupon {
             traversal: Traversal::Bvh,
             ..Scene::new(ior, self.distance_mm(), Self::window())
         }
+    }
+
+    /// Refuses a pass that does not fit the coupon, or whose scallops take too many nodes.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn check(&self, pass: &Pass) -> Result<(), Failure> {
+        pass.check(self.surface().extent()).map_err(Failure::refused)?;
+        scallop_nodes(self.surface(), pass).map(drop)
     }
 
     /// The light on the sheet of a coupon of this plan, `block`, which was found in a file, after
@@ -144,6 +93,9 @@ impl Coupon {
 /// furthest falls short by as much of a row.
 const PER_ROW: f64 = 3.0 * SAMPLES_PER_ROW;
 
+/// Most nodes of a face with its scallops: they take 0.8 gigabytes.
+const MOST_NODES: usize = 1 << 25;
+
 /// Nodes that hold the slopes of scallops up to their ridges.
 fn scallop_nodes(face: &HeightField, pass: &Pass) -> Result<(usize, usize), Failure> {
     let (extent, heights, across) = (face.extent(), face.heights_mm(), pass.direction.unit().perp());
@@ -151,8 +103,8 @@ fn scallop_nodes(face: &HeightField, pass: &Pass) -> Result<(usize, usize), Fail
         nodes.max(1 + (size_mm * PER_ROW * across.abs() / pass.step_over_mm - 1e-9).ceil() as usize)
     };
     let (nx, ny) = (along(extent.width_mm, across.x, heights.nx()), along(extent.height_mm, across.y, heights.ny()));
-    if nx.saturating_mul(ny) > Pass::MOST_NODES {
-        return Err(Failure::refused(PassError::TooFine { step_over_mm: pass.step_over_mm, nx, ny }));
+    if nx.saturating_mul(ny) > MOST_NODES {
+        return Err(Failure::refused(CouponError::Rows { step_over_mm: pass.step_over_mm, nx, ny, most: MOST_NODES }));
     }
     Ok((nx, ny))
 }

@@ -3,7 +3,7 @@
 //! Nothing here knows what was done to the coupon. The page tells a person to do what is done here,
 //! with the same rules: a line or a bar ends where its light has fallen to half.
 
-use super::{Coupon, RungShows};
+use super::piece::{Coupon, RungShows};
 use glam::DVec2;
 use glasswarp_verify::{Image, Window};
 

@@ -1,6 +1,11 @@
 //! A coupon as it looks after some work on it, for the page and as the proof that it can be read.
 
-use super::{Coupon, CouponPlan, CouponState, Polished, Reading, Unreadable};
+use super::{
+    light::CouponState,
+    piece::Coupon,
+    plan::CouponPlan,
+    read::{Polished, Reading, Unreadable},
+};
 use crate::{
     fabricate::{Direction, Pass},
     failure::Failure,
