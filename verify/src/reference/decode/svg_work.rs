@@ -4,7 +4,7 @@ use super::super::error::ReferenceError;
 use resvg::{
     tiny_skia::PathSegment,
     usvg::{
-        Group, Node as Drawn,
+        Group, Node as Drawn, Stroke,
         roxmltree::{Document, Node, NodeId},
     },
 };
@@ -117,7 +117,7 @@ fn dashes(group: &Group) -> f64 {
     let of = |node: &Drawn| -> f64 {
         let mut sum = match node {
             Drawn::Group(inner) => dashes(inner),
-            Drawn::Path(path) => path.stroke().and_then(|stroke| stroke.dasharray()).map_or(0.0, |pattern| {
+            Drawn::Path(path) => path.stroke().and_then(Stroke::dasharray).map_or(0.0, |pattern| {
                 let period: f64 = pattern.iter().map(|&dash| f64::from(dash)).sum();
                 pattern.len() as f64 * length(path.data()) / period
             }),
