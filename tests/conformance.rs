@@ -18,7 +18,7 @@ use glasswarp::{
     warp::{Warping, WarpingPaper},
 };
 use glasswarp_verify::{Block, Image, Scene, Tracer, Window, beams, load, metrics};
-use measured::within_tenth_of;
+use measured::{at_worst, within_tenth_of};
 use std::path::Path;
 
 /// A solver, and what was measured of the sample picture that it draws.
@@ -31,6 +31,9 @@ struct Candidate {
     outside: f64,
     /// How far the border of the block lands beside that of the window at most, mm.
     border_mm: f64,
+    /// What the correlation of its light with the picture lacks of 1; the most of pictures of other
+    /// shapes.
+    unlike: (f64, f64),
 }
 
 fn candidates() -> [Candidate; 3] {
@@ -41,6 +44,7 @@ fn candidates() -> [Candidate; 3] {
             error: 0.0048,
             outside: 9.9e-5,
             border_mm: 0.0447,
+            unlike: (3.68e-5, 2.66e-4),
         },
         Candidate {
             name: "warping",
@@ -48,6 +52,7 @@ fn candidates() -> [Candidate; 3] {
             error: 0.022,
             outside: 0.00165,
             border_mm: 0.347,
+            unlike: (1.011e-3, 1.04e-3),
         },
         Candidate {
             name: "warping-paper",
@@ -55,6 +60,7 @@ fn candidates() -> [Candidate; 3] {
             error: 0.0846,
             outside: 7.7e-5,
             border_mm: 0.0237,
+            unlike: (7.55e-3, 7.17e-3),
         },
     ]
 }
@@ -121,7 +127,7 @@ fn the_picture_stands_upright_and_is_not_mirrored() {
         let spline = SurfaceSpline::through(&solution.exit);
         let light = irradiance(&spline, &bench(), Geometry::Displaced, (512, 512), (CELLS, CELLS)).irradiance;
         let upright = correlation(&light, target.cells());
-        assert!(upright > 0.9, "{}: correlation {upright}", candidate.name);
+        within_tenth_of(candidate.unlike.0, 1.0 - upright, format_args!("{}: correlation", candidate.name));
         let last = CELLS - 1;
         for turned in [
             Field::from_fn(CELLS, CELLS, |i, j| light[(last - i, j)]),
@@ -211,7 +217,7 @@ fn pictures_of_odd_sizes_and_any_aspect_make_blocks() {
             let spline = SurfaceSpline::through(&made.surface);
             let light = irradiance(&spline, &bench, Geometry::Displaced, (nx * 32, ny * 32), (nx, ny)).irradiance;
             let likeness = correlation(&light, target.cells());
-            assert!(likeness > 0.9, "{} on {nx} x {ny}: correlation {likeness}", candidate.name);
+            at_worst(candidate.unlike.1, 1.0 - likeness, format_args!("{} on {nx} x {ny}", candidate.name));
         }
     }
 }

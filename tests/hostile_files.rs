@@ -5,9 +5,12 @@
 //! lies made by hand. The long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test
 //! hostile_files -- --nocapture`; docs/reliability.md has its figures.
 
+#[path = "common/corpus.rs"]
+mod corpus;
 #[path = "common/fuzz.rs"]
 mod fuzz;
 
+use corpus::files_of;
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image as ExrImage, Layer, LayerAttributes,
     LineOrder, Vec2, WritableImage,
@@ -31,7 +34,6 @@ use glasswarp_verify::{
 use std::{
     fs,
     io::{Cursor, Read as _, Write as _},
-    path::Path,
 };
 
 /// A block of so few nodes that a file of it is quickly read.
@@ -215,15 +217,6 @@ fn picture_memory(length: usize) -> usize {
 
 fn corpus_of(extensions: &[&str]) -> Vec<Vec<u8>> {
     files_of("tests/corpus", extensions)
-}
-
-fn files_of(folder: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
-    let mut paths: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
-    paths.retain(|path| extensions.iter().any(|wanted| path.extension().is_some_and(|found| found == *wanted)));
-    paths.sort();
-    assert!(!paths.is_empty());
-    paths.iter().map(|path| fs::read(path).unwrap()).collect()
 }
 
 /// The pictures of tests/pictures that are read: with profiles, orientation, layers.

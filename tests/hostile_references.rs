@@ -1,15 +1,19 @@
 //! Picture files that lie, before the verifier's own reader: it never panics, and takes no more
 //! memory than a file's length pays for.
 //!
-//! The corpus is the chart in every format, depth, profile and orientation (`common/chart.rs`),
-//! damaged at random (`common/fuzz.rs`); the long run is `GLASSWARP_FUZZ_CASES=1000000 cargo test
-//! --release --test hostile_references -- --nocapture`.
+//! The corpus is the chart in every format, depth, profile and orientation (`common/chart.rs`), and
+//! the pictures of tests/pictures that are read, damaged at random (`common/fuzz.rs`); the long run
+//! is `GLASSWARP_FUZZ_CASES=1000000 cargo test --release --test hostile_references --
+//! --nocapture`.
 
 #[path = "common/chart.rs"]
 mod chart;
+#[path = "common/corpus.rs"]
+mod corpus;
 #[path = "common/fuzz.rs"]
 mod fuzz;
 
+use corpus::files_of;
 use fuzz::{Read, Target, cases, most_time, timed, turn};
 use glasswarp_verify::reference::{ReadOptions, Reference};
 
@@ -27,9 +31,10 @@ fn read(bytes: &[u8]) -> Read {
 }
 
 fn hostile(extensions: &[&str], mend: Option<fn(&mut Vec<u8>)>, usual: usize) {
-    let corpus: Vec<Vec<u8>> =
-        chart::cases().into_iter().filter(|case| extensions.contains(&case.extension)).map(|case| case.bytes).collect();
+    let charts = chart::cases().into_iter().filter(|case| extensions.contains(&case.extension));
+    let mut corpus: Vec<Vec<u8>> = charts.map(|case| case.bytes).collect();
     assert!(!corpus.is_empty());
+    corpus.extend(files_of("tests/pictures", extensions).into_iter().filter(|file| matches!(read(file), Read::Taken)));
     let name = format!("reference, {}", extensions[0]);
     Target { name: &name, corpus, mend, memory }.run(cases(usual), read);
 }
@@ -66,7 +71,7 @@ fn gif() {
 
 #[test]
 fn pnm() {
-    hostile(&["pgm", "ppm"], None, 4000);
+    hostile(&["pgm", "ppm", "pam", "pbm"], None, 4000);
 }
 
 #[test]
@@ -76,7 +81,7 @@ fn exr() {
 
 #[test]
 fn svg() {
-    hostile(&["svg"], None, 300);
+    hostile(&["svg"], None, 1500);
 }
 
 #[test]
@@ -97,5 +102,20 @@ fn claims_beyond_the_length_of_a_file_are_refused_at_once() {
         let (outcome, took) = timed(lie.len(), || read(lie));
         assert!(matches!(outcome, Read::Refused), "{}", String::from_utf8_lossy(&lie[..20]));
         assert!(took < most_time(lie.len()), "{took:?} for {}", String::from_utf8_lossy(&lie[..20]));
+    }
+}
+
+/// Drawings of some hundred bytes to some ten thousand: of elements that repeat each other a million
+/// million times, of a filter of a hundred million octaves, of lines in dashes of micrometres, of
+/// groups ten thousand deep.
+#[test]
+fn drawings_that_would_take_years_are_refused_at_once() {
+    let _turn = turn();
+    for name in ["laughs", "octaves", "dashes", "deep"] {
+        let drawing = std::fs::read(format!("{}/tests/pictures/{name}.svg", env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let (outcome, took) = timed(drawing.len(), || Reference::parse(&drawing, &ReadOptions::default()).map(drop));
+        let error = outcome.expect_err(name).to_string();
+        assert!(error.contains("simplify it"), "{name}: {error}");
+        assert!(took < most_time(drawing.len()), "{name}: {took:?}");
     }
 }

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::workshop::{FINE, SHORT, Workshop};
+use common::workshop::{FINE, REFUSED, SHORT, Workshop};
 use glam::{DMat3, DVec3};
 use std::{f64::consts::FRAC_PI_2, fs};
 
@@ -167,6 +167,103 @@ fn a_block_is_taken_as_it_stands_if_that_is_meant() {
     }
     moved(&workshop, |v| v + DVec3::new(3000.0, 0.0, 0.0));
     assert!(workshop.run(&literally).err.contains("no light falls into the window"));
+}
+
+/// The number on the line of this text that begins with these words.
+fn number(out: &str, words: &str) -> f64 {
+    let line =
+        out.lines().find_map(|line| line.trim().strip_prefix(words)).unwrap_or_else(|| panic!("{words}:\n{out}"));
+    line.split_whitespace().find_map(|word| word.parse().ok()).unwrap_or_else(|| panic!("no number in {line}"))
+}
+
+#[test]
+fn checks_and_milling_take_a_block_as_it_stands_too() {
+    let workshop = good("chiral.png");
+    // Nearer to the receiver, or beside its place: the error is that of a look at the file.
+    for place in [DVec3::Z * 12.0, DVec3::new(4.0, 0.0, 0.0)] {
+        moved(&workshop, |v| v + place);
+        let bench = "moved.stl --bench block.toml --as-placed";
+        let seen = number(&workshop.run(&format!("verify {bench} {FEW}")).out, "relative RMS");
+        let milled = workshop.run(&format!("mill {bench} --step-over 0.5mm"));
+        let checked = workshop.run(&format!("check {bench} --polish 0.2mm --tolerance --light 0.53"));
+        for found in [&milled, &checked] {
+            assert!(!found.err.contains("does not stand where"), "{}", found.err);
+            assert!(found.err.contains("mean exit plane") || place.z == 0.0, "{}", found.err);
+            let error = number(&found.out, "as designed");
+            assert!((error - seen).abs() < 2e-4, "{place}: {error}, and {seen} is seen\n{}", found.out);
+        }
+        let righted = workshop.run("mill moved.stl --bench block.toml --step-over 0.5mm");
+        assert!(number(&righted.out, "as designed") < 0.1 * seen, "{place}: {}", righted.out);
+    }
+    workshop.refuses(
+        "mill moved.stl --bench block.toml --as-placed -o milled.stl",
+        REFUSED,
+        &["--as-placed", "written"],
+    );
+    fs::write(workshop.path("design.toml"), "[design]\npicture = \"chiral.png\"\nnodes = 65\n").unwrap();
+    workshop.refuses("check design.toml --as-placed", REFUSED, &["--as-placed", "not about a design"]);
+}
+
+/// A STEP file with every point and direction in space sent through a turn, points moved then.
+fn turned_step(text: &str, turn: DMat3, shift: DVec3) -> String {
+    let (mut turned, mut rest) = (String::new(), text);
+    while let Some(at) = ["CARTESIAN_POINT('',(", "DIRECTION('',("]
+        .iter()
+        .filter_map(|kind| rest.find(kind).map(|at| at + kind.len()))
+        .min()
+    {
+        let end = at + rest[at..].find(')').unwrap();
+        let numbers: Vec<f64> = rest[at..end].split(',').map(|word| word.parse().unwrap()).collect();
+        turned += &rest[..at];
+        match numbers[..] {
+            [x, y, z] => {
+                let is_point = rest[..at].ends_with("POINT('',(");
+                let [x, y, z] = (turn * DVec3::new(x, y, z) + if is_point { shift } else { DVec3::ZERO }).to_array();
+                turned += &format!("{x:?},{y:?},{z:?}");
+            }
+            // In the plane of parameters.
+            _ => turned += &rest[at..end],
+        }
+        rest = &rest[end..];
+    }
+    turned + rest
+}
+
+#[test]
+fn step_files_are_found_however_they_are_turned() {
+    let workshop = Workshop::new();
+    workshop.draw_chiral_picture();
+    let turn = |axis: DVec3, degrees: f64| DMat3::from_axis_angle(axis, degrees.to_radians());
+    let oblique = DVec3::new(2.0, -1.0, 2.0).normalize();
+    let some = [(DVec3::X, -90.0), (DVec3::Z, 90.0), (oblique, 70.0)];
+    let more = [(DVec3::X, 90.0), (DVec3::X, 180.0), (DVec3::Y, 90.0), (DVec3::Z, 10.0)];
+    // Around a curve more beams are traced, which takes longer.
+    for (outline, turns) in [
+        ("", [&some[..], &more].concat()),
+        ("--outline circle", some.to_vec()),
+        ("--outline rounded:8mm --rim 6mm,1mm --mark 3mm --origin corner", some[2..].to_vec()),
+    ] {
+        let design = "--size 60mm --distance 150mm --ior 1.5 --nodes 65 --no-verify --no-report --force";
+        let made = workshop.run(&format!("design chiral.png -o block.step {design} {outline}"));
+        assert_eq!(made.code, FINE, "{}", made.err);
+        let plain = workshop.run(&format!("verify block.step {FEW}"));
+        assert!(plain.code == FINE && !plain.err.contains("does not stand"), "{}", plain.err);
+        let error = number(&plain.out, "relative RMS");
+        let text = fs::read_to_string(workshop.path("block.step")).unwrap();
+        for (axis, degrees) in turns {
+            let turned = turned_step(&text, turn(axis, degrees), DVec3::new(5.0, -7.0, 20.0));
+            fs::write(workshop.path("moved.step"), turned).unwrap();
+            let found = workshop.run(&format!("verify moved.step --bench block.toml {FEW}"));
+            let what = format!("{outline}, {degrees} about {axis}: {}{}", found.out, found.err);
+            assert!(found.code == FINE && found.err.contains("turned by"), "{what}");
+            // The same light, but for the last decimal that is printed: by the face itself, and not by
+            // a fit through nodes of it.
+            assert!((number(&found.out, "relative RMS") - error).abs() < 1.0001e-4, "{error}, {what}");
+        }
+        let literally = workshop.run(&format!("verify moved.step --bench block.toml --as-placed {FEW}"));
+        assert!(!literally.err.contains("does not stand where"), "{outline}: {}", literally.err);
+        assert!(literally.code != FINE || number(&literally.out, "relative RMS") > 0.05, "{}", literally.out);
+    }
 }
 
 #[test]

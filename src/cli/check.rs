@@ -7,6 +7,7 @@ use super::{
     outputs,
     progress::TerminalProgress,
     side_files::{self, open_block, open_workpiece},
+    verify::PlacingArgs,
 };
 use crate::{
     fabricate::Cutter,
@@ -19,7 +20,6 @@ use crate::{
         bench::{exit_face_in_words, exit_face_of},
         check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
         design::Plan,
-        placement::Placing,
         tolerance::{Focus, ToleranceCase, ToleranceStudy, Tolerances},
         verdict::{Answer, Verdict},
         workpiece::Workpiece,
@@ -39,6 +39,9 @@ pub(crate) struct CheckArgs {
     /// The side file with the bench [default: beside the block, with the extension .toml]
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
+
+    #[command(flatten)]
+    placing: PlacingArgs,
 
     /// Refractive index [default: the side file's]
     #[arg(long, value_name = "N")]
@@ -193,7 +196,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     // Opened before anything is said, so that what is missing is told first.
     let piece = match args.tolerance.tolerance {
         true => {
-            Some(open_workpiece(&args.block, args.bench.as_deref(), changed(args), args.pixels as usize, &progress)?)
+            let (bench, placing, pixels) = (args.bench.as_deref(), args.placing.placing(), args.pixels as usize);
+            Some(open_workpiece(&args.block, bench, placing, changed(args), pixels, &progress)?)
         }
         false => None,
     };
@@ -266,7 +270,7 @@ pub(super) fn exposure(piece: &Workpiece) -> Exposure {
 fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failure> {
     if !has_extension(&args.block, "toml") {
         let side = side_files::find(&args.block, args.bench.as_deref())?;
-        let (_, block, warnings) = open_block(&args.block, side.as_ref(), Placing::Righted)?;
+        let (_, block, warnings) = open_block(&args.block, side.as_ref(), args.placing.placing())?;
         if !args.tolerance.tolerance {
             warnings.into_iter().for_each(console::warn); // Else the block is opened once more.
         }
@@ -276,6 +280,9 @@ fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failu
     }
     if args.tolerance.tolerance {
         return Err(Failure::Usage("tolerances are those of a block: write one with 'glasswarp design' first".into()));
+    }
+    if args.placing.as_placed {
+        return Err(Failure::Usage("--as-placed is about the file of a block, not about a design".into()));
     }
     let settings = spec::read(&args.block, &Machine)?;
     let plan = Plan::new(settings.named_picture(&args.block)?, settings, &Machine, progress)?;

@@ -10,6 +10,7 @@ use super::{
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     side_files::{self, file_name, hash_of, open_workpiece},
+    verify::PlacingArgs,
 };
 use crate::{
     export::{self, Format},
@@ -47,6 +48,9 @@ pub(crate) struct MillArgs {
     /// The side file with the bench [default: beside the block, with the extension .toml]
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
+
+    #[command(flatten)]
+    placing: PlacingArgs,
 
     /// The cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without a letter),
     /// flat:d12mm, bull:d12mm,r1mm (its corner's radius last) [default: ball:d6mm]
@@ -103,6 +107,12 @@ pub(crate) struct MillArgs {
 pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     let (pictures, blocks): (Vec<&PathBuf>, Vec<&PathBuf>) =
         args.output.iter().partition(|output| has_extension(output, "png"));
+    if args.placing.as_placed && !blocks.is_empty() {
+        return Err(Failure::Usage(
+            "--as-placed judges a block as it stands in its file; one is written where its bench has it, without that flag"
+                .into(),
+        ));
+    }
     for block in &blocks {
         Format::from_path(block).map_err(Failure::refused)?;
     }
@@ -115,7 +125,14 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     outputs::plan(lists, args.output.iter().cloned().chain(side_files).chain(report.clone()))?;
     let polish = args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?;
     let progress = TerminalProgress::new();
-    let piece = open_workpiece(&args.block, args.bench.as_deref(), (None, None), args.pixels as usize, &progress)?;
+    let piece = open_workpiece(
+        &args.block,
+        args.bench.as_deref(),
+        args.placing.placing(),
+        (None, None),
+        args.pixels as usize,
+        &progress,
+    )?;
     let pass = match (&args.cutters, args.want_error) {
         (Some(list), Some(error)) => {
             let (direction, allowance_mm) = (args.direction, args.allowance.mm);

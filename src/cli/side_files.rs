@@ -93,6 +93,7 @@ pub(super) fn open_block(
 pub(super) fn open_workpiece(
     path: &Path,
     named: Option<&Path>,
+    placing: Placing,
     changed: (Option<f64>, Option<f64>),
     pixels: usize,
     progress: &dyn Progress,
@@ -100,7 +101,7 @@ pub(super) fn open_workpiece(
     let side = of_block(path, named)?;
     let origin_mm = origin_of(&side, path);
     let (mesh, name) = (read_mesh(path)?, path.display().to_string());
-    Workpiece::of((mesh, &name, origin_mm), side, changed, pixels, (&Machine, progress))
+    Workpiece::of((mesh, &name), (origin_mm, placing), side, changed, pixels, (&Machine, progress))
 }
 
 /// The text of a side file that will lie at `path`, with the paths of its settings relative to it.

@@ -18,6 +18,7 @@ use crate::{
     spec::{Quantity, Range},
     study::{
         design::Plan,
+        placement::Placing,
         sweep::{Law, SweepPoint, Swept},
     },
 };
@@ -42,7 +43,9 @@ pub(crate) fn run(
     let picture = picture.ok_or_else(|| Failure::Usage("the side file names no picture to design for".into()))?;
     Swept::check(range.quantity, side.bench.mirror, as_built.is_some())?;
     let progress = TerminalProgress::new();
-    let built = as_built.map(|path| open_workpiece(path, named, (None, None), pixels, &progress)).transpose()?;
+    let built = as_built
+        .map(|path| open_workpiece(path, named, Placing::Righted, (None, None), pixels, &progress))
+        .transpose()?;
     built.iter().try_for_each(|piece| memory::check_pixels(&piece.examiner, memory))?;
     let fits = |plan: &Plan| memory::check_look(plan, pixels, memory).map(drop);
     let swept = built.as_ref().map_or(Swept::Design(side, &picture), Swept::AsBuilt);

@@ -52,19 +52,20 @@ pub struct JudgedImage {
 impl Workpiece {
     /// Takes the mesh of a block, `name`, and its side file, to be looked at on its bench, or at
     /// another distance and through another index. `origin_mm` is from where its coordinates are
-    /// counted.
+    /// counted, `placing` whether it is brought where its bench has it.
     ///
     /// # Errors
     /// No block, no picture, files that cannot be read, a bench that cannot be.
     pub fn of(
-        (mesh, name, origin_mm): (Mesh, &str, DVec3),
+        (mesh, name): (Mesh, &str),
+        (origin_mm, placing): (DVec3, Placing),
         side: SideFile,
         (ior, distance_mm): (Option<f64>, Option<f64>),
         pixels: usize,
         (host, progress): (&dyn Host, &dyn Progress),
     ) -> Result<Self, Failure> {
         let expected = Expected { bench: &side.bench, origin_mm };
-        let (_, block, warnings) = place_block(mesh, name, Some(expected), Placing::Righted)?;
+        let (_, block, warnings) = place_block(mesh, name, Some(expected), placing)?;
         warnings.iter().for_each(|warning| host.warn(warning));
         let design = &side.design;
         let picture = design.picture.as_ref().ok_or_else(|| {

@@ -417,8 +417,16 @@ pub(crate) fn cases() -> Vec<Case> {
 
     let mut svg = Vec::new();
     write!(svg, "<?xml version=\"1.0\"?><svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {NX} {NY}\" shape-rendering=\"crispEdges\">").unwrap();
-    for (k, v) in grey.iter().enumerate() {
-        write!(svg, "<path fill=\"rgb({v},{v},{v})\" d=\"M{} {}h1v1h-1z\"/>", k % NX, k / NX).unwrap();
+    // Rectangles of one grey: equal rows, and in them equal pixels.
+    let mut y = 0;
+    for rows in grey.chunks(NX).collect::<Vec<_>>().chunk_by(|one, next| one == next) {
+        let mut x = 0;
+        for run in rows[0].chunk_by(|one, next| one == next) {
+            let (v, across, down) = (run[0], run.len(), rows.len());
+            write!(svg, "<path fill=\"rgb({v},{v},{v})\" d=\"M{x} {y}h{across}v{down}h-{across}z\"/>").unwrap();
+            x += across;
+        }
+        y += rows.len();
     }
     write!(svg, "</svg>").unwrap();
     add("svg", "svg", svg, step);

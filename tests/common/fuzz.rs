@@ -89,10 +89,12 @@ impl Target<'_> {
     ///
     /// # Panics
     /// If the reader panics, takes more memory or time than it may, or refuses a file of the
-    /// corpus.
+    /// corpus; or if one of those is too long.
     pub(crate) fn run(&self, cases: usize, read: impl Fn(&[u8]) -> Read) {
         let _turn = turn();
         for (k, file) in self.corpus.iter().enumerate() {
+            // What is cut off of every damaged file would keep all of them from being read.
+            assert!(file.len() <= LONGEST, "{}: file {k} of the corpus has {} bytes", self.name, file.len());
             let (outcome, _) = self.try_one(file, &read);
             assert!(matches!(outcome, Ok(Read::Taken)), "{}: file {k} of the corpus is not taken", self.name);
         }
@@ -251,6 +253,9 @@ const TEXTS: [&str; 22] = [
     "\u{fffd}\u{1f4a5}",
 ];
 
+/// Most bytes of a damaged file.
+const LONGEST: usize = 1 << 16;
+
 fn wound(file: &mut Vec<u8>, donor: &[u8], chance: &mut Chance) {
     let at = chance.below(file.len() + 1);
     let length = 1 + chance.few(7);
@@ -303,5 +308,5 @@ fn wound(file: &mut Vec<u8>, donor: &[u8], chance: &mut Chance) {
             }
         }
     }
-    file.truncate(1 << 16);
+    file.truncate(LONGEST);
 }

@@ -19,6 +19,21 @@ pub(crate) fn at_worst(measured: f64, found: f64, what: impl Display) {
     assert!(found <= 1.1 * measured, "{what}: {found:.4e}, and {measured:.4e} was measured at worst");
 }
 
+/// Asserts that what must be nought is nought but for the rounding of some thousand steps in double
+/// precision.
+#[track_caller]
+pub(crate) fn nothing_but_rounding(found: f64, what: impl Display) {
+    assert!(found.abs() <= 1e-12, "{what}: {found:.4e}, which is more than rounding");
+}
+
+/// [`at_worst`] for the difference of two figures that commands print with four decimals: a unit of
+/// the last one is left for rounding.
+#[track_caller]
+pub(crate) fn prints_at_worst(measured: f64, found: f64, what: impl Display) {
+    let most = 1.1 * measured + 1.0001e-4;
+    assert!(found <= most, "{what}: {found:.4}, and {measured:.4} was measured at worst");
+}
+
 /// [`within_tenth_of`] for a figure that was read from what a command prints with four decimals: a
 /// unit of the last one is left for rounding.
 #[track_caller]

@@ -164,7 +164,7 @@ fn a_spherical_mirror_sends_light_from_its_centre_back_to_it() {
     };
     // The spline's slopes converge with the third power, and faster at nodes and cell centres.
     let (coarse, fine) = (worst(20), worst(40));
-    assert!(coarse / fine > 7.0, "{coarse:e} {fine:e} mm");
+    within_tenth_of(7.92, coarse / fine, format_args!("{coarse:e} {fine:e} mm"));
     within_tenth_of(5.5e-6, fine, "at the centre, mm");
     // Seen from 30 degrees off, by hand: normal of the sphere, law of reflection.
     let d = -at_degrees(30.0);
@@ -214,7 +214,8 @@ fn demand_irradiance(tracer: &Tracer, wanted: impl Fn(DVec2) -> f64, what: &str)
     let squares: f64 =
         image.values.iter().zip(&expected).zip(&error.values).map(|((a, b), s)| ((a - scale * b) / s).powi(2)).sum();
     let mean_square = squares / (nx * ny) as f64;
-    assert!((0.75..1.45).contains(&mean_square), "{what}: {mean_square}");
+    // Of this seed; standard errors of few replicates are themselves known to an eighth.
+    at_worst(0.214, (mean_square - 1.0).abs(), format_args!("{what}: {mean_square}"));
     for flux in [seen.flux, noisy.flux()] {
         assert!((flux.total() - 1.0).abs() < 1e-12 && flux.lost == 0.0, "{what}: {flux:?}");
     }

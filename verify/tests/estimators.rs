@@ -38,7 +38,7 @@ fn photons_and_beams_agree_within_the_stated_noise() {
             .map(|((a, b), s)| if *s > 0.0 { ((a - b) / s).powi(2) } else { 0.0 })
             .sum();
         let mean_square = squares / image.values.len() as f64;
-        assert!((0.9..1.3).contains(&mean_square), "{surface:?}: {mean_square}");
+        at_worst(0.0535, (mean_square - 31.0 / 29.0).abs(), format_args!("{surface:?}: {mean_square}"));
         let (a, b) = (noisy.flux(), sharp.flux);
         at_worst(1.76e-4, (a.window - b.window).abs(), format_args!("window: {a:?} {b:?}"));
         at_worst(1.76e-4, (a.missed - b.missed).abs(), format_args!("missed: {a:?} {b:?}"));
@@ -135,7 +135,7 @@ fn beams_converge_with_the_square_of_their_width() {
         (squares / truth.values.len() as f64).sqrt()
     };
     let order = (error(2) / error(4)).log2();
-    assert!(order > 1.7, "order {order}, {:e}", error(4));
+    within_tenth_of(2.085, order, "order");
     within_tenth_of(6.9e-4, error(4), "four beams to a pixel");
 }
 
@@ -146,7 +146,8 @@ fn a_uniform_slab_gives_a_uniform_image() {
     // Beams that divide the pixels and beams that do not.
     for (nx, ny) in [(74, 60), (101, 97)] {
         let image = beams(&tracer, nx, ny).image;
-        assert!(image.values.iter().all(|v| (v - 1.0).abs() < 1e-6));
+        // Light is counted in parts of 2^-32.
+        at_worst(2.92e-10, image.values.iter().map(|v| (v - 1.0).abs()).fold(0.0, f64::max), "a slab");
     }
 }
 

@@ -7,7 +7,10 @@
 //! angle apart are those of the lines.
 
 use super::{error::BlockError, model::Block, recognise::PLANE_TOLERANCE};
-use crate::{mesh::Mesh, solid};
+use crate::{
+    mesh::{Mesh, QUARTER, whole},
+    solid,
+};
 use glam::{DMat3, DQuat, DVec2, DVec3, Vec2Swizzles, Vec3Swizzles};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -86,17 +89,18 @@ impl PlacedBlock {
             Ok(block) => {
                 let swapped =
                     stand.is_some_and(|stand| ratio_off(block.size_mm().yx(), stand.face_mm) < SIZE_TOLERANCE);
-                if fits(&block) || !swapped || mesh.trimmed.is_some() {
+                if fits(&block) || !swapped {
                     Ok(block)
                 } else {
-                    placement.turn = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
+                    placement.turn = QUARTER;
                     mesh = mesh.turned(&placement.turn);
                     Block::of_sound(&mesh)
                 }
             }
-            Err(error) if mesh.trimmed.is_some() => Err(error),
             Err(error) => {
-                let found = turns(&mesh).into_iter().find_map(|ways| {
+                // A file that holds the face as a surface says which way it looks.
+                let turns = mesh.trimmed.as_ref().map_or_else(|| turns(&mesh), |face| vec![four_ways(face.turn)]);
+                let found = turns.into_iter().find_map(|ways| {
                     let mut blocks = ways.into_iter().map(|turn| {
                         let turned = mesh.clone().turned(&turn);
                         Block::of_sound(&turned).map(|block| (turn, turned, block))
@@ -164,8 +168,7 @@ impl PlacedBlock {
         if quarters.is_multiple_of(4) {
             return Ok(self);
         }
-        let quarter = DMat3::from_cols(DVec3::Y, DVec3::NEG_X, DVec3::Z);
-        let turn = (1..quarters % 4).fold(quarter, |turn, _| turn * quarter);
+        let turn = (1..quarters % 4).fold(QUARTER, |turn, _| turn * QUARTER);
         let Self { mesh, mut placement, .. } = self;
         placement.turn = turn * placement.turn;
         placement.shift_mm = turn * placement.shift_mm;
@@ -311,24 +314,20 @@ fn along_the_lines(mesh: &Mesh, normal: DVec3) -> Option<[DMat3; 4]> {
         .map(|edge| DVec2::from_angle(4.0 * edge.to_angle()) * edge.length_squared())
         .sum();
     let angle = 0.25 * sum.try_normalize()?.to_angle();
-    let mut turns = [0.0, 1.0, 2.0, 3.0].map(|quarter| {
-        let along = DVec2::from_angle(angle + quarter * FRAC_PI_2);
-        let x = along.x * u + along.y * v;
-        whole(DMat3::from_cols(x, up.cross(x), up).transpose())
-    });
+    let along = DVec2::from_angle(angle);
+    let x = along.x * u + along.y * v;
+    Some(four_ways(DMat3::from_cols(x, up.cross(x), up).transpose()))
+}
+
+/// A turn and those that go on from it by quarters about the axis, the least first.
+fn four_ways(turn: DMat3) -> [DMat3; 4] {
+    let mut turns = [turn; 4];
+    (1..4).for_each(|k| turns[k] = QUARTER.transpose() * turns[k - 1]);
+    let mut turns = turns.map(whole);
     let trace = |turn: &DMat3| turn.x_axis.x + turn.y_axis.y + turn.z_axis.z;
     // To a millionth: equal turns in the order of their quarters, whatever the rounding.
     turns.sort_by_key(|turn| std::cmp::Reverse((1e6 * trace(turn)).round() as i64));
-    Some(turns)
-}
-
-/// How near to a whole number of quarter turns a turn is taken for one: coordinates then only
-/// change places and signs.
-const WHOLE: f64 = 1e-6;
-
-fn whole(turn: DMat3) -> DMat3 {
-    let rounded = DMat3::from_cols_array(&turn.to_cols_array().map(|part| part.round() + 0.0));
-    if (turn - rounded).to_cols_array().iter().all(|part| part.abs() < WHOLE) { rounded } else { turn }
+    turns
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::{
     mesh::{Mesh, TrimmedFace},
     solid,
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 /// Relative tolerance for "in the entry plane": f32 in metres, far from the origin, still passes.
@@ -37,7 +37,8 @@ impl Block {
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
         let in_entry = |v: u32| mesh.vertices[v as usize].z <= plane;
-        if let Some(face) = &mesh.trimmed {
+        // One that looks elsewhere is not told in these coordinates.
+        if let Some(face) = mesh.trimmed.as_deref().filter(|face| face.turn == DMat3::IDENTITY) {
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             return Self::of_trimmed_face(mesh, face, in_entry);
         }

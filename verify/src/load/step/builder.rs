@@ -10,7 +10,7 @@ use crate::{
     load::{assemble::Allowance, error::LoadError, plane},
     mesh::TrimmedFace,
 };
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
 /// How near the chords between samples of a curve are to it, seen from above, mm, and the most of
@@ -21,6 +21,8 @@ const MOST_PIECES: f64 = 256.0;
 pub(super) struct SolidBuilder<'a> {
     pub(super) entities: Entities<'a>,
     pub(super) scale: f64,
+    /// Turns what is read.
+    pub(super) turn: DMat3,
     pub(super) allowance: Allowance,
     pub(super) vertices: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
@@ -34,7 +36,7 @@ pub(super) struct SolidBuilder<'a> {
 }
 
 impl SolidBuilder<'_> {
-    pub(super) fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
+    fn triple(&self, number: u64, kind: &str) -> Result<DVec3, LoadError> {
         let values = self.entities.expect(number, kind)?;
         match values.get(1).and_then(Value::numbers).as_deref() {
             Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
@@ -43,7 +45,25 @@ impl SolidBuilder<'_> {
     }
 
     pub(super) fn point(&self, number: u64) -> Result<DVec3, LoadError> {
-        Ok(self.scale * self.triple(number, "CARTESIAN_POINT")?)
+        Ok(self.turn * (self.scale * self.triple(number, "CARTESIAN_POINT")?))
+    }
+
+    pub(super) fn direction(&self, number: u64) -> Result<DVec3, LoadError> {
+        Ok(self.turn * self.triple(number, "DIRECTION")?)
+    }
+
+    /// The axes of a placement.
+    pub(super) fn frame(&self, number: u64) -> Result<DMat3, LoadError> {
+        let axes = self.entities.expect(number, "AXIS2_PLACEMENT_3D")?;
+        let direction = |at: usize, default: DVec3| match axes.get(at) {
+            None | Some(Value::Nothing) => Ok(self.turn * default),
+            Some(value) => self.direction(value.reference().ok_or_else(|| odd(number))?),
+        };
+        let frame = direction(2, DVec3::Z)?.try_normalize().zip(Some(direction(3, DVec3::X)?)).and_then(|(z, x)| {
+            let x = (x - x.dot(z) * z).try_normalize()?;
+            Some(DMat3::from_cols(x, z.cross(x), z))
+        });
+        frame.ok_or_else(|| malformed(format!("the axes of #{number} are no frame")))
     }
 
     pub(super) fn vertex(&mut self, at: DVec3) -> Result<u32, LoadError> {

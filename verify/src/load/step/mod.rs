@@ -3,7 +3,8 @@
 //! Edges are sampled once and shared by their two faces, so that the mesh is closed where the solid
 //! is. A B-spline face is sampled so that the not-a-knot cubic through the samples, which the
 //! verifier traces, is the face itself; of one that its edges trim, the samples beyond them are
-//! kept beside the mesh.
+//! kept beside the mesh. A solid that does not stand upright is read as if it did, and its mesh is
+//! turned back.
 
 mod bspline;
 mod builder;
@@ -13,6 +14,7 @@ mod net;
 mod part21;
 mod trimmed;
 mod unit;
+mod upright;
 mod values;
 mod wall;
 
@@ -20,6 +22,7 @@ use super::{assemble::Allowance, error::LoadError};
 use crate::mesh::{Mesh, TrimmedFace};
 use builder::SolidBuilder;
 use fault::malformed;
+use glam::DMat3;
 use part21::Entities;
 use std::collections::HashMap;
 use values::{reference, references};
@@ -34,6 +37,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     };
     let mut part = SolidBuilder {
         scale: unit::of_solid(&entities, brep)?,
+        turn: DMat3::IDENTITY,
         entities,
         allowance: Allowance::of(bytes),
         vertices: Vec::new(),
@@ -45,6 +49,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
     };
     let shell = reference(&part.entities.expect(brep, "MANIFOLD_SOLID_BREP")?, 1, brep)?;
     let faces = references(&part.entities.expect(shell, "CLOSED_SHELL")?, 1, shell)?;
+    let turn = part.upright(&faces).unwrap_or(DMat3::IDENTITY);
+    part.turn = turn;
     for face in faces {
         part.face(face)?;
     }
@@ -56,6 +62,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Mesh, LoadError> {
         Some(face) if part.trimmed.is_empty() => Some(Box::new(TrimmedFace { rim_z_mm, ..face })),
         _ => None,
     };
+    if turn != DMat3::IDENTITY {
+        part.vertices.iter_mut().for_each(|vertex| *vertex = turn.transpose() * *vertex);
+    }
     Ok(Mesh { vertices: part.vertices, triangles: part.triangles, normals: None, trimmed })
 }
 

@@ -86,6 +86,7 @@ impl SolidBuilder<'_> {
         self.triangles.extend(ring.into_iter().map(|[a, b, c]| if up { [a, b, c] } else { [a, c, b] }));
         if up {
             self.trimmed.push(TrimmedFace {
+                turn: self.turn,
                 lower_mm: grid.lower,
                 upper_mm: grid.upper,
                 nodes: (grid.nx, grid.ny),

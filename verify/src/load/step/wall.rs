@@ -8,7 +8,7 @@ use super::{
     values::{GAP_MM, odd, reference},
 };
 use crate::load::{error::LoadError, plane::between};
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2};
 use std::f64::consts::TAU;
 
 /// Unrolled walls are cut so much wider than they are: triangles between neighbours all the way up
@@ -25,17 +25,8 @@ impl SolidBuilder<'_> {
             return Err(malformed(format!("#{number} has the semi-axes {semi_axes} mm")));
         }
         let placement = reference(values, 1, number)?;
-        let axes = self.entities.expect(placement, "AXIS2_PLACEMENT_3D")?;
-        let direction = |at: usize, default: DVec3| match axes.get(at) {
-            None | Some(Value::Nothing) => Ok(default),
-            Some(value) => self.triple(value.reference().ok_or_else(|| odd(placement))?, "DIRECTION"),
-        };
-        let centre = self.point(reference(&axes, 1, placement)?)?;
-        let frame = direction(2, DVec3::Z)?.try_normalize().zip(Some(direction(3, DVec3::X)?)).and_then(|(z, x)| {
-            let x = (x - x.dot(z) * z).try_normalize()?;
-            Some((x, z.cross(x)))
-        });
-        let (x, y) = frame.ok_or_else(|| malformed(format!("the axes of #{placement} are no frame")))?;
+        let centre = self.point(reference(&self.entities.expect(placement, "AXIS2_PLACEMENT_3D")?, 1, placement)?)?;
+        let DMat3 { x_axis: x, y_axis: y, .. } = self.frame(placement)?;
         Ok(Conic { centre, x, y, semi_axes })
     }
 
@@ -51,7 +42,7 @@ impl SolidBuilder<'_> {
         }
         let conic = self.conic(kind, &of_curve, curve)?;
         let vector = reference(values, 2, number)?;
-        let along = self.triple(reference(&self.entities.expect(vector, "VECTOR")?, 1, vector)?, "DIRECTION")?;
+        let along = self.direction(reference(&self.entities.expect(vector, "VECTOR")?, 1, vector)?)?;
         let upright = along.try_normalize().is_some_and(|along| along.cross(conic.x.cross(conic.y)).length() < 1e-9);
         if upright {
             Ok(conic)

@@ -10,6 +10,7 @@ mod jpeg;
 mod png;
 mod pnm;
 pub(super) mod svg;
+mod svg_work;
 mod tiff;
 mod tiff_packing;
 mod webp;

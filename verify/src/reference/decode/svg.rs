@@ -5,7 +5,7 @@ use super::super::{
     error::ReferenceError,
     raster::{Alpha, Inks, Raster, Samples},
 };
-use super::decoded::Decoded;
+use super::{decoded::Decoded, svg_work};
 use resvg::{
     tiny_skia::{Color, Pixmap, Transform},
     usvg::{ImageHrefResolver, ImageKind, Options, Tree, fontdb::Database, roxmltree},
@@ -48,6 +48,7 @@ pub(in crate::reference) fn draw(
     let parsing = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let document = roxmltree::Document::parse_with_options(text, parsing).map_err(|error| failed(&error))?;
     refuse_references(&document)?;
+    svg_work::check(&document)?;
     let thin = AtomicBool::new(false);
     let by_default = ImageHrefResolver::default_data_resolver();
     let options = Options {
@@ -75,6 +76,7 @@ pub(in crate::reference) fn draw(
     if thin.load(Ordering::Relaxed) {
         return Err(failed(&format!("it shows a picture more than {THINNEST} times as long as wide")));
     }
+    svg_work::check_dashes(tree.root(), document.descendants().count())?;
     let size = tree.size();
     let aspect = f64::from(size.height()) / f64::from(size.width());
     let high = |wide: f64| (wide * aspect).round().max(1.0);
