@@ -17,7 +17,8 @@ impl FromStr for Length {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (number, unit) = number_and_unit(text, '"');
-        let value = finite(number).map_err(|_| format!("'{text}' is no length; write 250mm, 25cm or 9.8in"))?;
+        let value = finite(number)
+            .map_err(|_| format!("'{text}' is no length: a number and um, mm, cm, m or in (a bare number is mm)"))?;
         let scale = match unit {
             "" | "mm" => 1.0,
             "um" | "\u{b5}m" | "\u{3bc}m" => 1e-3,
