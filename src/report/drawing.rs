@@ -387,7 +387,7 @@ mod tests {
         let mean = -solid.entry_z_mm();
         for part in [
             "all lengths in mm",
-            "stock 70 × 50 × 12",
+            "block 70 × 50 × 12",
             "exit face 60 × 40",
             "origin: corner",
             "entry face at z = 0\n",
