@@ -115,7 +115,8 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
     let (_, found, warnings) = open_block(&block, Some(&side), Placing::Righted)?;
     let missing = |what: &str| side_files::missing(&block, &format!(", or give {what}"));
     let subject = Makeable::of_block((found, form), Some(&side), (None, None), &Machine, missing)?;
-    let piece = open_workpiece(&block, args.bench.as_deref(), Placing::Righted, (None, None), args.pixels as usize, &progress)?;
+    let piece =
+        open_workpiece(&block, args.bench.as_deref(), Placing::Righted, (None, None), args.pixels as usize, &progress)?;
     let study = ReadyStudy::of(&question, &piece, &subject, &Machine, &progress);
     progress.finish();
     let study = study?;

@@ -161,7 +161,7 @@ mod tests {
         let svg = map.uri.strip_prefix("data:image/svg+xml;base64,").unwrap();
         let decoded = |text: &str| base64::Engine::decode(&base64::engine::general_purpose::STANDARD, text).unwrap();
         let svg = String::from_utf8(decoded(svg)).unwrap();
-        assert!(svg.contains("x in mm") && svg.contains(">−20<") && svg.contains(">20<"), "axes: {svg}");
+        assert!(svg.contains("x in mm") && svg.contains(">−10<") && svg.contains(">10<"), "axes: {svg}");
         let png = svg.split_once("data:image/png;base64,").unwrap().1.split_once('"').unwrap().0;
         let image = image::load_from_memory(&decoded(png)).unwrap().into_rgb8();
         assert_eq!(image.dimensions(), (80, 40));

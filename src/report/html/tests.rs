@@ -141,7 +141,7 @@ fn the_page_asks_for_nothing_and_takes_words_as_words() {
     let links: Vec<&str> = html.split("href=\"#").skip(1).map(|rest| rest.split_once('"').unwrap().0).collect();
     assert!(links.len() > 5 && links.iter().all(|id| html.contains(&format!("id=\"{id}\""))), "{links:?}");
     // What is of the face is seen from above it, what is of light as on the wall; both say so.
-    assert_eq!(html.matches("; seen from above the face").count(), 3);
+    assert_eq!(html.matches("; seen from above the face").count(), 4, "three maps and the drawing");
     assert!(html.contains("Seen as on the wall") && html.contains("</b>, as on the wall"));
     let scene = html.split_once("id=\"scene\">").unwrap().1.split_once("</script>").unwrap().0;
     let scene: serde_json::Value = serde_json::from_str(scene).unwrap();
