@@ -21,7 +21,12 @@ const BENCHES: [(&str, &str, &str, &str); 13] = [
     ("tilted", "--tilt 20deg --material pmma --wavelength 532nm", "20.0 degrees from the top", "straight"),
     ("point source", "--source-distance 200mm --material pmma", "the same in all directions", "straight"),
     ("torch", "--source-distance 200mm --emission gaussian:15deg --material pmma", "a Gaussian beam", "straight"),
-    ("flat lamp aside", "--source-distance 250mm --emission lambertian --tilt 10deg", "(Lambertian)", "straight"),
+    (
+        "flat lamp aside",
+        "--source-distance 250mm --emission lambertian --tilt 10deg --ior 1.5",
+        "(Lambertian)",
+        "straight",
+    ),
     ("measured beam", "--beam beam.png --tilt 10deg --material pmma", "its beam as measured", "straight"),
     ("mirror", "--mirror", "the mirror, from the receiver", "mirror"),
     ("mirror, tilted", "--mirror --tilt 25deg", "25.0 degrees from the top", "mirror"),
