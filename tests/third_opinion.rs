@@ -4,33 +4,39 @@
 mod common;
 
 use common::{
-    measured::within_tenth_of,
+    measured::{at_worst, within_tenth_of},
     workshop::{FINE, Workshop},
 };
 use image::{GrayImage, Luma};
 use std::{fs, path::Path};
 
 /// Every kind of light, receiver and outline that the page tells of; the relative RMS of the light
-/// from the picture as the script finds it, and of its image from the verifier's.
+/// from the picture as the verifier finds it and as the script does, and of its image from the
+/// verifier's.
 ///
 /// The two differ most where 4 beams per pixel are too few for the verifier, 4e-4 in smooth light,
 /// and beyond the outline of round blocks, where each continues the face in its own way.
-const BENCHES: [(&str, f64, f64); 15] = [
-    ("--ior 1.49", 1.96e-4, 4.02e-4),
-    ("--ior 1.49 --tilt 20deg,60deg --rim 8mm,-4mm --mark 4mm --origin corner", 3.51e-4, 4.70e-4),
-    ("--ior 1.49 --tilt 15deg --receiver-tilt 20deg,120deg --shift 10mm,-5mm --window 70mm", 4.75e-4, 5.25e-4),
-    ("--ior 1.49 --source-distance 200mm --tilt 10deg,200deg --emission gaussian:12deg", 2.64e-4, 3.89e-4),
-    ("--source-distance 250mm --tilt 5deg --emission lamp.ies", 2.01e-4, 3.95e-4),
-    ("--source-distance 180mm --tilt 15deg,300deg --emission lambertian --receiver-tilt 10deg", 2.18e-4, 3.82e-4),
-    ("--source-distance 150mm", 2.14e-4, 3.95e-4),
-    ("--mirror --tilt 25deg,45deg", 1.99e-4, 3.86e-4),
-    ("--mirror --source-distance 250mm --tilt 10deg --receiver-tilt 15deg", 2.21e-4, 3.80e-4),
-    ("--beam beam.png --tilt 12deg", 4.77e-4, 4.79e-4),
-    ("--beam beam.png --light point --source-distance 220mm --tilt 8deg,90deg", 2.48e-4, 4.12e-4),
-    ("--outline circle", 35.61e-4, 17.48e-4),
-    ("--outline circle --tilt 12deg --rim 6mm,2mm", 26.61e-4, 8.93e-4),
-    ("--outline rounded:8mm --source-distance 300mm", 30.95e-4, 9.45e-4),
-    ("--margin 0.1 --vignette circle:0.3 --transfer linear --offset 0.3", 3.04e-4, 4.75e-4),
+const BENCHES: [(&str, f64, f64, f64); 15] = [
+    ("--ior 1.49", 4.10e-4, 1.96e-4, 4.02e-4),
+    ("--ior 1.49 --tilt 20deg,60deg --rim 8mm,-4mm --mark 4mm --origin corner", 6.00e-4, 3.51e-4, 4.70e-4),
+    ("--ior 1.49 --tilt 15deg --receiver-tilt 20deg,120deg --shift 10mm,-5mm --window 70mm", 5.70e-4, 4.75e-4, 5.25e-4),
+    ("--ior 1.49 --source-distance 200mm --tilt 10deg,200deg --emission gaussian:12deg", 4.70e-4, 2.64e-4, 3.89e-4),
+    ("--source-distance 250mm --tilt 5deg --emission lamp.ies", 4.50e-4, 2.01e-4, 3.95e-4),
+    (
+        "--source-distance 180mm --tilt 15deg,300deg --emission lambertian --receiver-tilt 10deg",
+        4.60e-4,
+        2.18e-4,
+        3.82e-4,
+    ),
+    ("--source-distance 150mm", 4.20e-4, 2.14e-4, 3.95e-4),
+    ("--mirror --tilt 25deg,45deg", 4.00e-4, 1.99e-4, 3.86e-4),
+    ("--mirror --source-distance 250mm --tilt 10deg --receiver-tilt 15deg", 4.10e-4, 2.21e-4, 3.80e-4),
+    ("--beam beam.png --tilt 12deg", 7.00e-4, 4.77e-4, 4.79e-4),
+    ("--beam beam.png --light point --source-distance 220mm --tilt 8deg,90deg", 4.50e-4, 2.48e-4, 4.12e-4),
+    ("--outline circle", 27.70e-4, 35.61e-4, 17.48e-4),
+    ("--outline circle --tilt 12deg --rim 6mm,2mm", 32.90e-4, 26.61e-4, 8.93e-4),
+    ("--outline rounded:8mm --source-distance 300mm", 27.40e-4, 30.95e-4, 9.45e-4),
+    ("--margin 0.1 --vignette circle:0.3 --transfer linear --offset 0.3", 4.30e-4, 3.04e-4, 4.75e-4),
 ];
 
 const MODULES: [&str; 2] = ["numpy", "tomllib"];
@@ -52,7 +58,7 @@ fn a_tracer_written_from_the_page_sees_what_the_verifier_sees() {
     GrayImage::from_fn(32, 24, |x, y| Luma([(128.0 + 2.6 * f64::from(x) + 1.8 * f64::from(y)) as u8]))
         .save(workshop.path("beam.png"))
         .unwrap();
-    for (k, (flags, of_picture, of_image)) in BENCHES.into_iter().enumerate() {
+    for (k, (flags, of_verifier, of_picture, of_image)) in BENCHES.into_iter().enumerate() {
         let [block, light] = [format!("{k}.stl"), format!("{k}.exr")];
         let design = "--size 60mm --distance 150mm --nodes 129 --no-verify --no-report";
         let made = workshop.run(&format!("design chiral.png -o {block} {design} {flags}"));
@@ -65,7 +71,9 @@ fn a_tracer_written_from_the_page_sees_what_the_verifier_sees() {
         python.current_dir(workshop.root()).arg(&script).args([block.as_str(), "--image", light.as_str()]);
         let said = common::output(&mut python);
         let figures: Vec<f64> = said.lines().map(|line| line.rsplit(' ').next().unwrap().parse().unwrap()).collect();
-        assert!((figures[0] - verifier).abs() < 0.003, "{flags}: {figures:?}, verifier {verifier}");
+        within_tenth_of(of_verifier, verifier, format_args!("{flags}, the verifier"));
+        // 0.003 is asked for.
+        at_worst(7.9e-4, (figures[0] - verifier).abs(), format_args!("{flags}: {figures:?}, verifier {verifier}"));
         within_tenth_of(of_picture, figures[0], format!("{flags}, the picture"));
         within_tenth_of(of_image, figures[1], format!("{flags}, the image"));
     }
