@@ -182,8 +182,15 @@ async function main() {
     for (const [name, selector] of [["contours", ".contours img"], ["slope", ".maps img"], ["light", "#caustic"]]) {
       for (const scheme of ["light", "dark"]) {
         await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
+        // Within the window: it need not be drawn beyond.
+        const clip = await page.evaluate((where) => {
+          const element = document.querySelector(where);
+          element.scrollIntoView({ block: "start", behavior: "instant" });
+          const { x, y, width, height } = element.getBoundingClientRect();
+          return { x: Math.ceil(x), y: Math.ceil(y), width: Math.floor(width), height: Math.min(Math.floor(height), 600) };
+        }, selector);
         await pause(100);
-        await (await page.$(selector)).screenshot({ path: path.join(shots, `${name}-${scheme}.png`) });
+        await page.screenshot({ path: path.join(shots, `${name}-${scheme}.png`), clip, captureBeyondViewport: false });
       }
     }
     const pdf = Buffer.from(await page.pdf({ format: "A4", printBackground: true })).toString("latin1");

@@ -112,7 +112,7 @@ impl<'a> FoundPage<'a> {
             verdict: verdict.map(|picture| {
                 let mut verdict = Verdict::default();
                 verdict.say_picture(Likeness::from(&picture.metrics), ", as designed, in perfect light");
-                traffic_light(&verdict, |says| says.to_owned())
+                traffic_light(&verdict, str::to_owned)
             }),
             warnings,
             exposure,
