@@ -10,7 +10,7 @@ use common::{
 /// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the
 /// verifier.
 const POVRAY: [f64; 3] = [0.0178, 0.0173, 0.0178];
-const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0214];
+const BLENDER: [f64; 3] = [0.0089, 0.0214, 0.0214];
 
 /// A block 60 mm wide and 40 mm high, whose picture is chiral.
 fn block() -> Workshop {
