@@ -119,7 +119,7 @@ fn shells_and_man_get_their_pages() {
     assert!(shop.run("man").out.contains(".TH glasswarp 1"));
     assert_eq!(shop.run("man -o .").code, FINE);
     let pages: Vec<_> = shop.files().into_iter().filter(|name| name.ends_with(".1")).collect();
-    assert_eq!(pages.len(), 11, "{pages:?}");
+    assert_eq!(pages.len(), 12, "{pages:?}");
     let page = fs::read_to_string(shop.path("glasswarp-design.1")).unwrap();
     assert!(page.contains("receiver") && page.contains("preset"));
 }
