@@ -18,8 +18,7 @@ use glasswarp::{
 use glasswarp_verify::{Block, load, solid};
 use std::{path::Path, sync::OnceLock};
 
-/// Photons to a sheet: the greatest effect of another seed on any figure below is a fifth of its
-/// bound.
+/// Photons to a sheet; they are the same on every machine.
 const PHOTONS: u64 = 1 << 22;
 
 fn plan(diameter_mm: f64) -> CouponPlan {
@@ -116,7 +115,7 @@ fn step_over_and_direction_are_read_from_the_streak() {
         // Rows of another direction than along x make the bars longer: they say nothing of polish.
         assert_eq!(reading.ladder.is_some(), degrees == 0.0, "{:?}", reading.ladder);
         let off = (streak.rows_deg - degrees + 90.0).rem_euclid(180.0) - 90.0;
-        at_worst(0.356, off.abs(), format_args!("direction {degrees}"));
+        at_worst(if degrees == 30.0 { 0.356 } else { 0.052 }, off.abs(), format_args!("direction {degrees}"));
     }
 }
 

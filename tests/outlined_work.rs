@@ -35,7 +35,8 @@ fn dome(at: DVec2) -> f64 {
 /// The picture of a workshop as a round block, 129 nodes across, and the relative RMS error that
 /// its design prints.
 fn round(workshop: &Workshop, more: &str) -> f64 {
-    let design = "design -v picture.png -o round.stl --nodes 114 --transfer linear --outline circle --ior 1.5 --no-report";
+    let design =
+        "design -v picture.png -o round.stl --nodes 114 --transfer linear --outline circle --ior 1.5 --no-report";
     let made = workshop.run(&format!("{design} {more}"));
     assert_eq!(made.code, FINE, "{}{}", made.out, made.err);
     number(&made.out, "relative RMS")

@@ -35,9 +35,8 @@ Example:
   glasswarp design portrait.png --size 15cm --distance 60cm -o portrait.stl
   glasswarp ready portrait.stl --cutter ball:d6mm --step-over 0.1mm --polish 0.1mm";
 
-const CLOSING: &str = "\
-Lengths take um, mm, cm, m or in; a bare number is mm. Exit codes: 0 fine, 1 file or internal error,
-2 refused: senseless or against physics, 3 a check or verification fell short, 4 no closed solid.";
+const CLOSING: &str =
+    "Lengths: um, mm, cm, m, in. Exit codes: 0 fine, 1 file, 2 refused, 3 fell short, 4 no closed solid.";
 
 const TEMPLATE: &str = "\
 {before-help}{about}

@@ -81,7 +81,7 @@ impl CouponPage<'_> {
             ),
             "Read it once as it comes from the machine: that tells step-over, direction and index. Then polish it as you will polish the block, clean it, and read the polish.".into(),
             format!(
-                "Print this file at 100 % and hang its second page, the sheet with the scales, upright in a dark room. Put a small lamp (a phone’s torch with a hole of {} mm before it; not the sun, which is too large) {} mm before the flat face of the coupon, and the paper {} mm behind that face, all three in a line. The ruled face looks at the paper, the coarse rulings are on top.",
+                "Print this file at 100 % and hang the page with the scales upright in a dark room. Put a small lamp (a phone’s torch with a hole of {} mm before it; not the sun, which is too large) {} mm before the flat face of the coupon, and the paper {} mm behind that face, all three in a line. The ruled face looks at the paper, the coarse rulings are on top.",
                 mm(plan.lamp_diameter_mm),
                 mm(plan.lamp_mm),
                 mm(plan.distance_mm)
