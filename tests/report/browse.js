@@ -187,7 +187,9 @@ async function main() {
           const element = document.querySelector(where);
           element.scrollIntoView({ block: "start", behavior: "instant" });
           const { x, y, width, height } = element.getBoundingClientRect();
-          return { x: Math.ceil(x), y: Math.ceil(y), width: Math.floor(width), height: Math.min(Math.floor(height), 600) };
+          // Less its round corners, in which the page is seen.
+          const edge = 12;
+          return { x: Math.ceil(x + scrollX) + edge, y: Math.ceil(y + scrollY) + edge, width: Math.floor(width) - 2 * edge, height: Math.min(Math.floor(height), 600) - 2 * edge };
         }, selector);
         await pause(100);
         await page.screenshot({ path: path.join(shots, `${name}-${scheme}.png`), clip, captureBeyondViewport: false });
