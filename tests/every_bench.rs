@@ -14,7 +14,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 /// Pixels of the picture, a photograph.
 const PIXELS: u32 = 64;
-const COMMON: &str = "--size 60mm --distance 150mm --nodes 97 --transfer linear --no-report";
+const COMMON: &str = "--size 60mm --distance 150mm --nodes 97 --facing 0mm --transfer linear --no-report";
 const CUTTER: &str = "--cutter ball:3mm --step-over 0.1mm";
 
 /// Name, flags of the design, words that must be in the report, and the bench whose figures are the
