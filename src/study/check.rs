@@ -135,7 +135,7 @@ impl CheckStudy {
         self.say_hard(shop, verdict);
         let soft = self.lines.iter().filter(|line| !line.passed && BLURS.contains(&line.what));
         soft.for_each(|line| {
-            verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says))
+            verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says));
         });
     }
 
