@@ -254,7 +254,7 @@ const TEXTS: [&str; 22] = [
 ];
 
 /// Most bytes of a damaged file.
-const LONGEST: usize = 1 << 16;
+const LONGEST: usize = 1 << 17;
 
 fn wound(file: &mut Vec<u8>, donor: &[u8], chance: &mut Chance) {
     let at = chance.below(file.len() + 1);
