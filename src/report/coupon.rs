@@ -180,7 +180,7 @@ pub fn coupon_sheet(coupon: &Coupon) -> Svg {
                 let n = first + f64::from(k) / 500.0;
                 let (tall, pen) = if k % 5 == 0 { (3.5, LINE) } else { (1.8, FINE) };
                 sheet.line(place(n, 0.0), place(n, tall), pen);
-                if (n * 100.0).round() as u32 % 2 == 0 && k % 5 == 0 {
+                if k % 5 == 0 && ((n * 100.0).round() as u32).is_multiple_of(2) {
                     let angle = -std::f64::consts::FRAC_PI_2;
                     sheet.turned_text(place(n, 4.5), Anchor::Start, angle, &format!("{n:.2}"), SMALL);
                 }
