@@ -199,7 +199,7 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
         ("--cutter ball:14mm --step-over 0.05mm --polish 0.1mm --max-blur 0.001um", None),
         ("--step-over 0.4mm", Some("FAIL  scallops")),
         ("--polish 0.1mm --max-slope 0.5deg", Some("FAIL  slope")),
-        ("--polish 0.1mm --thickness 3mm", Some("FAIL  thickness")),
+        ("--polish 0.1mm --stock 3mm", Some("FAIL  thickness")),
         ("--polish 0.1mm --min-thickness 14mm", Some("FAIL  thickness")),
         ("--polish 0.1mm --ior 12", None),
         ("--cutter flat:3mm", Some("FAIL  hollows")),
@@ -216,7 +216,7 @@ fn a_check_gives_a_verdict_per_line_and_fails_with_its_own_code() {
     for (flags, words) in [
         ("--cutter flat:d6mm", &["--cutter ball:d6mm would do", "with --step-over"][..]),
         ("--polish 0.1mm --max-slope 0.5deg", &["a design with --distance"][..]),
-        ("--polish 0.1mm --thickness 3mm", &["a stock of"][..]),
+        ("--polish 0.1mm --stock 3mm", &["a stock of"][..]),
         ("--polish 0.1mm --min-thickness 14mm", &["a design with --thickness"][..]),
         ("--polish 0.1mm --max-blur 0.02mm", &["a design with --nodes", "or a STEP", "um in the CAM program"][..]),
         ("--polish 0.1mm --max-blur 0.001mm", &["a STEP would do", "um in the CAM program"][..]),

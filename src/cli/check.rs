@@ -73,9 +73,9 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH")]
     max_blur: Option<Length>,
 
-    /// Thickness of the stock [default: the thinnest standard sheet with --facing to spare]
+    /// Thickness of the sheet at hand [default: the thinnest standard sheet with --facing to spare]
     #[arg(long, value_name = "LENGTH")]
-    thickness: Option<Length>,
+    stock: Option<Length>,
 
     /// What is faced off the top of a standard sheet before the face is cut
     #[arg(long, value_name = "LENGTH", default_value = "0.5mm")]
@@ -187,7 +187,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
         polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
         steepest_degrees: args.max_slope.deg,
         most_blur_mm: args.max_blur.map(|length| length.mm),
-        thickness_mm: args.thickness.map(|length| length.mm),
+        thickness_mm: args.stock.map(|length| length.mm),
         facing_mm: args.facing.mm,
         least_thickness_mm: args.min_thickness.mm,
     };

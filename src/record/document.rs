@@ -145,7 +145,7 @@ records! {
         ior: f64,
         /// The index that is read; null where the sheet cannot be read.
         ior_read: Option<f64>,
-        /// The polish that is read, standard deviation; null where the ladder cannot be read.
+        /// The polish that is read, standard deviation; null where the ladder cannot be read, and below it while rows show.
         polish_read_mm: Option<f64>,
         /// The step-over that is read; null without a streak.
         step_over_read_mm: Option<f64>,

@@ -157,7 +157,7 @@ impl CouponPage<'_> {
                 first.sigma_mm
             ),
             format!(
-                "The finest ruling is {:.2} µm deep. A machine that cannot hold this shortens bars too: what the bars say before polishing is the machine’s own blur, and the polish alone is the root of the difference of the squares.",
+                "The finest ruling is {:.2} µm deep. A machine that cannot hold this shortens bars too: what the bars say before polishing is the machine’s own blur, and the polish alone is the root of the difference of the squares. While the spot is still a streak, only what lies on the ladder counts.",
                 2e3 * last.amplitude_mm
             ),
             "Streaks of fine rows and bars of short waves may break into coloured dots: diffraction, which the pictures do not show. Read from the outermost dots.".into(),

@@ -89,10 +89,9 @@ impl SeenCoupon {
             Err(fault) => return fault.to_string(),
         };
         let mut words = format!("index {:.4}", reading.ior);
-        words += &match reading.ladder.as_ref().map(|ladder| ladder.polish) {
+        words += &match self.polish() {
             None => String::new(),
             Some(Polished::Above { sigma_mm }) => format!(", polish above {sigma_mm:.3} mm"),
-            Some(Polished::Below { .. }) if reading.streak.is_some() => ", no polish to speak of".to_owned(),
             Some(polish) => format!(", polish {:.4} mm", polish.sigma_mm()),
         };
         if let Some(streak) = &reading.streak {
@@ -101,15 +100,23 @@ impl SeenCoupon {
         words
     }
 
+    /// The polish that is read. While rows still show, no one below the ladder is: scallops dim the
+    /// ends of bars by as much.
+    fn polish(&self) -> Option<Polished> {
+        let reading = self.reading.as_ref().ok()?;
+        let polish = reading.ladder.as_ref()?.polish;
+        let lost = matches!(polish, Polished::Below { .. }) && reading.streak.is_some();
+        (!lost).then_some(polish)
+    }
+
     fn document(&self) -> document::CouponReading {
         let reading = self.reading.as_ref().ok();
-        let ladder = reading.and_then(|reading| reading.ladder.as_ref());
         let streak = reading.and_then(|reading| reading.streak);
         document::CouponReading {
             state: self.name.clone(),
             ior: self.state.ior,
             ior_read: reading.map(|reading| reading.ior),
-            polish_read_mm: ladder.map(|ladder| ladder.polish.sigma_mm()),
+            polish_read_mm: self.polish().map(|polish| polish.sigma_mm()),
             step_over_read_mm: streak.map(|streak| streak.step_over_mm),
             rows_read_deg: streak.map(|streak| streak.rows_deg),
         }
