@@ -182,17 +182,8 @@ async function main() {
     for (const [name, selector] of [["contours", ".contours img"], ["slope", ".maps img"], ["light", "#caustic"]]) {
       for (const scheme of ["light", "dark"]) {
         await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: scheme }]);
-        // Within the window: it need not be drawn beyond.
-        const clip = await page.evaluate((where) => {
-          const element = document.querySelector(where);
-          element.scrollIntoView({ block: "start", behavior: "instant" });
-          const { x, y, width, height } = element.getBoundingClientRect();
-          // Less its round corners, in which the page is seen.
-          const edge = 12;
-          return { x: Math.ceil(x + scrollX) + edge, y: Math.ceil(y + scrollY) + edge, width: Math.floor(width) - 2 * edge, height: Math.min(Math.floor(height), 600) - 2 * edge };
-        }, selector);
         await pause(100);
-        await page.screenshot({ path: path.join(shots, `${name}-${scheme}.png`), clip, captureBeyondViewport: false });
+        await (await page.$(selector)).screenshot({ path: path.join(shots, `${name}-${scheme}.png`) });
       }
     }
     const pdf = Buffer.from(await page.pdf({ format: "A4", printBackground: true })).toString("latin1");
