@@ -37,8 +37,8 @@ const SIGMAS_MM: [f64; 2] = [0.1, 0.25];
 const OFF: f64 = 0.02;
 
 impl SeenCoupon {
-    /// A coupon that was found in a file, or as it was made: milled by a pass, polished in two ways,
-    /// and of glass of another index. Rows that are shown run along x.
+    /// A coupon that was found in a file, or as it was made: milled by a pass, polished in two
+    /// ways, and of glass of another index. Rows that are shown run along x.
     ///
     /// # Errors
     /// A file that holds no block, a pass that does not fit the coupon.
