@@ -12,7 +12,7 @@ use super::{
 use crate::{
     fabricate::Cutter,
     failure::Failure,
-    irradiance::Transfer,
+    irradiance::{TargetIrradiance, Transfer},
     record::document,
     report::{self, Exposure, pages::maps},
     spec::{self, Angle, Length, SourceName},
@@ -261,10 +261,15 @@ fn changed(args: &CheckArgs) -> (Option<f64>, Option<f64>) {
     (args.ior, args.distance.map(|length| length.mm))
 }
 
-/// How the light of a block is shown as a picture.
+/// How the light of a block is shown as a picture, in perfect light.
 pub(super) fn exposure(piece: &Workpiece) -> Exposure {
+    exposure_of(&piece.ideal, piece)
+}
+
+/// The same where this light is to be seen.
+pub(super) fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
     let transfer = piece.side.design.transfer.map(Transfer::from);
-    Exposure::of(&piece.ideal, transfer.unwrap_or(Transfer::Srgb))
+    Exposure::of(target, transfer.unwrap_or(Transfer::Srgb))
 }
 
 fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failure> {

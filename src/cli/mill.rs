@@ -145,15 +145,11 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
             allowance_mm: args.allowance.mm,
         },
     };
-    let (study, verdict) = MillStudy::of(&piece, pass, polish, &progress)
-        .and_then(|study| {
-            let mut verdict = Verdict::default();
-            study.say(&piece, &progress, &mut verdict)?;
-            verdict.say_light(&piece.side.design, None);
-            Ok((study, verdict))
-        })
-        .inspect_err(|_| progress.finish())?;
+    let mut verdict = Verdict::default();
+    let study = MillStudy::of(&piece, pass, polish, &progress)
+        .and_then(|study| study.say(&piece, &progress, &mut verdict).map(|()| study));
     progress.finish();
+    let study = study?;
     console::verdict(&verdict);
     print(args, &piece, &study);
     for output in pictures {

@@ -2,6 +2,7 @@
 //! for maker and shop.
 
 use super::{
+    check::exposure_of,
     console::{self, say},
     design::stem,
     machine::{Machine, has_extension},
@@ -9,23 +10,20 @@ use super::{
     outputs,
     progress::TerminalProgress,
     report_files::{command, file_record},
-    side_files::{self, open_block, open_workpiece, path_beside},
+    side_files::{self, open_workpiece, path_beside},
 };
 use crate::{
     fabricate::{Cutter, Direction},
     failure::Failure,
-    irradiance::{TargetIrradiance, Transfer, to_picture_order},
     record::document,
-    report::{Exposure, pages::ready::ReadyPage},
+    report::pages::ready::ReadyPage,
     spec::{Angle, Feed, Length, SourceName},
     study::{
-        check::{FaceForm, Makeable, Shop},
-        judge,
+        check::{FaceForm, Shop},
         placement::Placing,
         ready::{Question, ReadyStudy},
         tolerance::Tolerances,
         verdict::Answer,
-        workpiece::Workpiece,
     },
     surface::Polish,
 };
@@ -109,18 +107,15 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         },
         direction: args.direction,
         source: args.source_size,
-        tolerances: Tolerances { light_degrees: Vec::new(), focus_error: Some(10.0), ..Tolerances::default() },
+        // Which light there is, is asked for itself.
+        tolerances: Tolerances { light_degrees: Vec::new(), ..Tolerances::default() },
     };
     let form = FaceForm::of_file(load::Format::from_path(&block).map_err(Failure::refused)?);
-    let (_, found, warnings) = open_block(&block, Some(&side), Placing::Righted)?;
-    let missing = |what: &str| side_files::missing(&block, &format!(", or give {what}"));
-    let subject = Makeable::of_block((found, form), Some(&side), (None, None), &Machine, missing)?;
     let piece =
         open_workpiece(&block, args.bench.as_deref(), Placing::Righted, (None, None), args.pixels as usize, &progress)?;
-    let study = ReadyStudy::of(&question, &piece, &subject, &Machine, &progress);
+    let study = ReadyStudy::of(&question, &piece, form, &Machine, &progress);
     progress.finish();
     let study = study?;
-    warnings.into_iter().for_each(console::warn);
     let shop = &question.shop;
     let beside = args.bench.clone().unwrap_or_else(|| path_beside(&block));
     ReadyPage {
@@ -129,7 +124,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         piece: &piece,
         shop,
         feed: args.feed,
-        exposure: exposure(&piece, &study)?,
+        exposure: exposure_of(&piece.perceived, &piece),
         files: [&block, &beside].into_iter().map(|file| file_record(file, None)).collect::<Result<_, _>>()?,
         command: command(),
         in_flags: with_flags,
@@ -150,14 +145,6 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         Answer::No => Err(Failure::BelowThreshold(format!("{} will not work like this", block.display()))),
         Answer::Yes | Answer::But | Answer::NotAsked => Ok(()),
     }
-}
-
-/// How its light is shown: as the picture, and not as what is drawn for spread light.
-fn exposure(piece: &Workpiece, study: &ReadyStudy) -> Result<Exposure, Failure> {
-    let (_, target) = &study.seen;
-    let target = TargetIrradiance::new(to_picture_order(&judge::field_of(target))).map_err(Failure::refused)?;
-    let transfer = piece.side.design.transfer.map(Transfer::from);
-    Ok(Exposure::of(&target, transfer.unwrap_or(Transfer::Srgb)))
 }
 
 /// The block that is named, or the first file that a side file knows and that is there.

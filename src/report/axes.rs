@@ -76,7 +76,7 @@ impl Axes {
         let low = DVec2::new(left.into(), top.into());
         let high = low + DVec2::new(inner.0.into(), inner.1.into()) - 1.0;
         sheet.frame(low, high - low + 1.0, FRAME);
-        let step = step(size.max_element() / MOST_INTERVALS);
+        let step = round_step(size.max_element() / MOST_INTERVALS);
         let at = |mm: DVec2| low + place(mm, size, inner);
         let label = |mm: f64| format!("{}", (mm * 1e6).round() / 1e6 + 0.0).replace('-', "−");
         let ticks = |reach: f64| {
@@ -104,7 +104,7 @@ impl Axes {
 }
 
 /// The next of 1, 2, 5 times a power of ten.
-fn step(least: f64) -> f64 {
+pub(super) fn round_step(least: f64) -> f64 {
     let decade = 10_f64.powf(least.max(1e-9).log10().floor());
     [1.0, 2.0, 5.0].map(|m| m * decade).into_iter().find(|step| *step >= least).unwrap_or(10.0 * decade)
 }
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn axes_have_round_steps_and_ticks_where_the_lengths_are() {
-        assert_eq!([0.9, 1.0, 3.0, 6.0, 12.5].map(step), [1.0, 1.0, 5.0, 10.0, 20.0]);
+        assert_eq!([0.9, 1.0, 3.0, 6.0, 12.5].map(round_step), [1.0, 1.0, 5.0, 10.0, 20.0]);
         let axes = Axes::new(Extent::new(80.0, 40.0), 10.0);
         let mut drawing = Svg::new(401, 201);
         drawing.picture(0, 0, GrayImage::from_pixel(401, 201, Luma([200])));

@@ -1,7 +1,7 @@
 //! Lines of equal height with their heights in mm (figures 12 to 14 of the paper, part c).
 
 use super::{
-    axes::{Axes, FROM_ABOVE, from_above, place},
+    axes::{Axes, FROM_ABOVE, from_above, place, round_step},
     sheet::{Captioned, sheet},
     svg::{Anchor, Lettering, Pen, Svg, path, ring, text_width},
 };
@@ -43,8 +43,7 @@ pub fn contour_interval_mm(surface: &HeightField) -> Option<f64> {
     if least.is_nan() || least <= 1e-6 {
         return None;
     }
-    let decade = 10_f64.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|step| step * decade).into_iter().find(|step| *step >= least)
+    Some(round_step(least))
 }
 
 /// The lines of equal height of an exit face, labelled in mm.

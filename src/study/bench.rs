@@ -178,6 +178,20 @@ pub fn exit_face_of(scene: &Scene) -> ExitFace {
     }
 }
 
+/// A block for programs: its solid, the relief of the part of its face that draws, and the nodes
+/// of that along x and y.
+pub fn block_document(solid: &Solid, relief_mm: f64, (nx, ny): (usize, usize)) -> document::Block {
+    let extent = solid.extent();
+    document::Block {
+        width_mm: extent.width_mm,
+        height_mm: extent.height_mm,
+        thickness_mm: solid.thickness_mm(),
+        relief_mm,
+        thinnest_mm: solid.thinnest_mm(),
+        nodes: [nx, ny],
+    }
+}
+
 /// A bench for programs. `entry_z_mm` is the entry face of its block.
 pub fn bench_document(scene: &Scene, entry_z_mm: f64) -> document::Bench {
     document::Bench {

@@ -6,7 +6,7 @@ use super::{
     design::Plan,
     judge,
     verdict::{Answer, Verdict},
-    workpiece::{surface_of, walls_of},
+    workpiece::{Workpiece, surface_of, walls_of},
 };
 use crate::{
     fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop},
@@ -133,22 +133,24 @@ impl CheckStudy {
     /// picture, which only its light tells.
     pub fn say(&self, shop: &Shop, verdict: &mut Verdict) {
         self.say_hard(shop, verdict);
-        let soft = self.lines.iter().filter(|line| !line.passed && BLURS.contains(&line.what));
-        soft.for_each(|line| {
-            verdict.say(line.what, Answer::But, format!("{} may blur the picture: {}", line.what, line.says));
-        });
+        for CheckLine { what, says, .. } in self.failing(true) {
+            verdict.say(what, Answer::But, format!("{what} may blur the picture: {says}"));
+        }
     }
 
     /// The same without what blurs.
     pub fn say_hard(&self, shop: &Shop, verdict: &mut Verdict) {
-        let hard: Vec<&CheckLine> =
-            self.lines.iter().filter(|line| !line.passed && !BLURS.contains(&line.what)).collect();
-        for line in &hard {
-            verdict.say(line.what, Answer::No, format!("{}: {}", line.what, line.says));
+        for CheckLine { what, says, .. } in self.failing(false) {
+            verdict.say(what, Answer::No, format!("{what}: {says}"));
         }
-        if hard.is_empty() {
+        if self.failing(false).next().is_none() {
             verdict.say("making", Answer::Yes, format!("it can be made with {}", shop.in_words()));
         }
+    }
+
+    /// Lines that have failed: those that blur, or the others.
+    fn failing(&self, blurs: bool) -> impl Iterator<Item = &CheckLine> {
+        self.lines.iter().filter(move |line| !line.passed && BLURS.contains(&line.what) == blurs)
     }
 
     /// What has failed.
@@ -173,6 +175,15 @@ impl Makeable {
         let scene = scene_of_file(Some(&block), block.size_mm(), side, changed, host, missing)?;
         let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
         Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none(), form })
+    }
+
+    /// A block that has been opened on its bench.
+    ///
+    /// # Errors
+    /// Those of [`of_block`](Self::of_block).
+    pub fn of_workpiece(piece: &Workpiece, form: FaceForm, host: &dyn Host) -> Result<Self, Failure> {
+        let missing = |what: &str| Failure::Usage(format!("nothing is known of {what}"));
+        Self::of_block((piece.block.clone(), form), Some(&piece.side), (None, None), host, missing)
     }
 
     /// A design that has not been written yet.

@@ -1,7 +1,7 @@
 //! A block that can be designed: settings validated once, then trusted.
 
 use super::{
-    bench::{bench_of, light_in_words, record_of, scene_of, warnings},
+    bench::{bench_of, block_document, light_in_words, record_of, scene_of, warnings},
     imperfect::if_it_is_the_sun,
     requirements::{Requirements, open_understood},
     target_light::TargetLight,
@@ -155,7 +155,7 @@ impl Plan {
 
     /// Says what a design leaves open: the size of the light, the cutter, the polish.
     pub fn say_open(&self, verdict: &mut Verdict) {
-        verdict.say_light(&self.settings, if_it_is_the_sun(&self.bench, &self.settings).as_deref());
+        verdict.say_light(if_it_is_the_sun(&self.bench, &self.settings).is_none());
         let finish = self.settings.finish;
         let open: Vec<&str> = [
             ("cutter", finish.is_some_and(|finish| finish.cutter.is_some())),
@@ -184,15 +184,7 @@ impl Plan {
 
     /// A block of this plan for programs.
     pub fn document(&self, block: &DesignedBlock) -> document::Block {
-        let extent = block.solid.surface().extent();
-        document::Block {
-            width_mm: extent.width_mm,
-            height_mm: extent.height_mm,
-            thickness_mm: block.solid.thickness_mm(),
-            relief_mm: block.surface.relief_mm(),
-            thinnest_mm: block.solid.thinnest_mm(),
-            nodes: [self.nodes.0, self.nodes.1],
-        }
+        block_document(&block.solid, block.surface.relief_mm(), self.nodes)
     }
 
     /// A draft of the face.

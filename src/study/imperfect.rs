@@ -104,8 +104,9 @@ pub struct SpreadPhotons {
 }
 
 impl SpreadPhotons {
-    /// Whether they see what spreading the beams' light on the receiver makes of it, by a hundredth
-    /// or their own noise: that takes every place of the face to throw the same disc of light.
+    /// Whether they see what spreading the beams' light on the receiver makes of it, to a hundredth or
+    /// a fifth of the error, and their own noise: that takes every place of the face to throw the same
+    /// disc of light.
     pub fn confirm(&self) -> bool {
         self.between.rel_rms() <= (0.2 * self.error.rel_rms()).max(0.01) + 2.0 * self.between.rel_rms_error()
     }

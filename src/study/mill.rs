@@ -4,6 +4,7 @@ use super::{
     bench::exit_face,
     changed::deflection_mm,
     design::shape,
+    imperfect::if_it_is_the_sun,
     progress::{advance, begin},
     verdict::{Answer, Verdict, seen_in_words},
     workpiece::{JudgedImage, Workpiece, view_milled, walls_of},
@@ -197,6 +198,7 @@ impl MillStudy {
             says += &self.remedy_in_words(piece, &|image| likeness_in_perfect_light(piece, image), progress)?;
         }
         verdict.say("picture", answer, says);
+        verdict.say_light(if_it_is_the_sun(&piece.bench, &piece.side.design).is_none());
         Ok(())
     }
 

@@ -11,7 +11,7 @@ const SAW_MM: f64 = 1.0;
 pub struct StockOrder {
     /// What it is made of, in words.
     pub material: String,
-    /// Of the block, from its entry face to its highest point.
+    /// Of the block, from its entry face to its highest point: what the sheet must have everywhere.
     pub thickness_mm: f64,
     /// What is faced off the top of the sheet.
     pub facing_mm: f64,
@@ -52,7 +52,7 @@ impl StockOrder {
     pub fn sheet_in_words(&self) -> String {
         match self.sheet_mm {
             Some(sheet) => format!("{sheet} mm sheet"),
-            None => format!("a slab of at least {:.1} mm: no standard sheet is so thick", self.least_mm()),
+            None => format!("a slab of at least {:.1} mm: no standard sheet is so thick", self.thickness_mm),
         }
     }
 
@@ -64,11 +64,6 @@ impl StockOrder {
         ]
     }
 
-    /// The least thickness that the sheet may have anywhere, as it arrives, mm.
-    pub fn least_mm(&self) -> f64 {
-        self.thickness_mm
-    }
-
     /// What to order, in a line.
     pub fn in_words(&self) -> String {
         format!(
@@ -77,7 +72,7 @@ impl StockOrder {
             self.sheet_in_words(),
             self.sawn_mm.x,
             self.sawn_mm.y,
-            self.least_mm()
+            self.thickness_mm
         )
     }
 }

@@ -11,7 +11,7 @@ use super::{
     order::StockOrder,
     progress::{advance, begin},
     requirements::psf_of,
-    tolerance::{ToleranceStudy, Tolerances},
+    tolerance::{self, ToleranceCase, Tolerances},
     verdict::{Answer, Verdict, seen_in_words},
     workpiece::{JudgedImage, Workpiece, with_face},
 };
@@ -53,7 +53,7 @@ pub struct ReadyStudy {
     pub seen: (JudgedImage, Image),
     /// The light in words.
     pub light: String,
-    /// What is off, and how alike the picture then is in the real light.
+    /// What is off, and how alike the picture then is in the real light, the worst first.
     pub faults: Vec<(String, Option<Likeness>)>,
     /// What to order.
     pub order: StockOrder,
@@ -69,16 +69,17 @@ impl ReadyStudy {
     ///
     /// # Errors
     /// A cutter that does not fit the block; a bench or light that cannot be; cancellation.
+    /// `form` is what its file holds of the face.
     pub fn of(
         question: &Question,
         piece: &Workpiece,
-        subject: &Makeable,
+        form: FaceForm,
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
         let shop = &question.shop;
         question.tolerances.check()?;
-        let check = CheckStudy::of(subject, shop)?;
+        let check = CheckStudy::of(&Makeable::of_workpiece(piece, form, host)?, shop)?;
         let pass = Pass { direction: question.direction, ..Pass::finishing(shop.cutter, shop.step_over_mm) };
         let polish = Some(shop.polish).filter(|polish| polish.sigma_mm() > 0.0);
         let mill = MillStudy::of(piece, pass, polish, progress)?;
@@ -88,14 +89,13 @@ impl ReadyStudy {
         let seen = light.seen(&mill.last().view.image)?;
         let mut verdict = Verdict::default();
         light.say_picture(&mill, &seen, piece, progress, &mut verdict)?;
-        verdict.say_light(&settings, if_it_is_the_sun(&piece.bench, &settings).as_deref());
+        verdict.say_light(if_it_is_the_sun(&piece.bench, &settings).is_none());
         light.say_spread(piece, &settings, host, &mut verdict)?;
         check.say_hard(shop, &mut verdict);
-        if subject.form == FaceForm::Triangles {
+        if form == FaceForm::Triangles {
             light.say_facets(piece, &mut verdict)?;
         }
-        let tolerances = ToleranceStudy::of(&question.tolerances, piece, progress)?;
-        let faults = light.faults(&tolerances, progress)?;
+        let faults = light.faults(tolerance::cases(&question.tolerances, piece, progress)?, progress)?;
         say_faults(&seen, &faults, &mut verdict);
         let target = light.target.clone();
         Ok(Self {
@@ -218,20 +218,20 @@ impl Light {
         Ok(())
     }
 
-    /// Faults of the bench in this light.
+    /// Faults of the bench in this light, the worst first.
     fn faults(
         &self,
-        study: &ToleranceStudy,
+        cases: Vec<ToleranceCase>,
         progress: &dyn Progress,
     ) -> Result<Vec<(String, Option<Likeness>)>, Failure> {
-        begin(progress, "spreading the light", study.cases.len())?;
+        begin(progress, "spreading the light", cases.len())?;
         let mut faults = Vec::new();
-        // Which light there is, is known here.
-        for case in study.cases.iter().filter(|case| !case.is_light) {
-            let likeness = case.view.as_ref().map(|(view, _)| self.likeness(&view.image)).transpose()?;
-            faults.push((case.name.clone(), likeness));
+        for ToleranceCase { name, view, .. } in cases {
+            let likeness = view.map(|(view, _)| self.likeness(&view.image)).transpose()?;
+            faults.push((name, likeness));
             advance(progress, faults.len())?;
         }
+        faults.sort_by(|(_, a), (_, b)| ssim_of(a).total_cmp(&ssim_of(b)));
         Ok(faults)
     }
 }
@@ -239,9 +239,8 @@ impl Light {
 /// Says which fault of the bench would change what the eye gets.
 fn say_faults(seen: &JudgedImage, faults: &[(String, Option<Likeness>)], verdict: &mut Verdict) {
     let (own, _) = seen_in_words(seen.metrics.ssim);
-    let worst = faults.iter().min_by(|(_, a), (_, b)| ssim_of(a).total_cmp(&ssim_of(b)));
-    let Some((name, likeness)) = worst else { return };
-    let ssim = ssim_of(likeness);
+    let Some((name, worst)) = faults.first() else { return };
+    let ssim = ssim_of(worst);
     let (answer, words) = seen_in_words(ssim);
     if answer == own || own == Answer::No {
         verdict.say("bench", Answer::Yes, format!("the worst of what may be off, {name}, leaves SSIM {ssim:.3}"));

@@ -89,12 +89,7 @@ impl ToleranceStudy {
     /// # Errors
     /// A block that throws no light into its window, a bench that cannot be.
     pub fn of(tolerances: &Tolerances, piece: &Workpiece, progress: &dyn Progress) -> Result<Self, Failure> {
-        let designed = DesignedBench {
-            piece,
-            block: with_face(&piece.block, &piece.surface)?.with_spline(),
-            scene: piece.scene(),
-        };
-        designed.study(tolerances, progress)
+        DesignedBench::of(piece)?.study(tolerances, progress)
     }
 
     /// The same for programs.
@@ -109,6 +104,18 @@ impl ToleranceStudy {
     }
 }
 
+/// The cases alone, without the depth of focus.
+///
+/// # Errors
+/// Those of [`ToleranceStudy::of`].
+pub fn cases(
+    tolerances: &Tolerances,
+    piece: &Workpiece,
+    progress: &dyn Progress,
+) -> Result<Vec<ToleranceCase>, Failure> {
+    DesignedBench::of(piece)?.cases(tolerances, progress).map(|(_, cases, _)| cases)
+}
+
 /// What can be off, and what the picture is then.
 pub struct ToleranceCase {
     /// What is off.
@@ -118,8 +125,6 @@ pub struct ToleranceCase {
     pub view: Option<(JudgedImage, f64)>,
     /// Where it is.
     pub place: Place,
-    /// Whether the size of the light is off.
-    pub is_light: bool,
 }
 
 /// Where the picture is, and how large, against the design: there it is looked at.
@@ -209,8 +214,22 @@ struct DesignedBench<'a> {
     scene: Scene,
 }
 
-impl DesignedBench<'_> {
+/// As designed, what can be off, and what means nothing on this bench.
+type Cases = (JudgedImage, Vec<ToleranceCase>, Vec<String>);
+
+impl<'a> DesignedBench<'a> {
+    fn of(piece: &'a Workpiece) -> Result<Self, Failure> {
+        let block = with_face(&piece.block, &piece.surface)?.with_spline();
+        Ok(Self { piece, block, scene: piece.scene() })
+    }
+
     fn study(&self, tolerances: &Tolerances, progress: &dyn Progress) -> Result<ToleranceStudy, Failure> {
+        let (designed, cases, left_out) = self.cases(tolerances, progress)?;
+        let focus = self.focus(designed.metrics.rel_rms, tolerances.focus_error);
+        Ok(ToleranceStudy { designed, cases, left_out, focus, distance_mm: self.scene.distance_mm })
+    }
+
+    fn cases(&self, tolerances: &Tolerances, progress: &dyn Progress) -> Result<Cases, Failure> {
         let designed = self.view(self.traced(&self.block, &self.scene, BEAMS)?)?;
         let designed =
             designed.ok_or_else(|| Failure::Usage("none of the light of this block falls into its window".into()))?;
@@ -232,16 +251,10 @@ impl DesignedBench<'_> {
         }
         for &diameter in lights {
             let view = self.compared(self.extended_light(diameter)?, &designed)?;
-            cases.push(ToleranceCase {
-                name: format!("light {diameter} degrees across"),
-                view,
-                place: Place::SAME,
-                is_light: true,
-            });
+            cases.push(ToleranceCase { name: format!("light {diameter} degrees across"), view, place: Place::SAME });
             advance(progress, cases.len())?;
         }
-        let focus = self.focus(designed.metrics.rel_rms, tolerances.focus_error);
-        Ok(ToleranceStudy { designed, cases, left_out, focus, distance_mm: self.scene.distance_mm })
+        Ok((designed, cases, left_out))
     }
 
     fn traced(&self, block: &Block, scene: &Scene, beams_per_pixel: usize) -> Result<Image, Failure> {
@@ -267,7 +280,7 @@ impl DesignedBench<'_> {
         let block = block.as_ref().unwrap_or(&self.block);
         let Followed { scene, moved_mm, growth } = follow_picture((&self.block, &self.scene), (block, scene))?;
         let view = self.compared(self.traced(block, &scene, BEAMS)?, designed)?;
-        Ok(ToleranceCase { name, view, place: Place { moved_mm, growth }, is_light: false })
+        Ok(ToleranceCase { name, view, place: Place { moved_mm, growth } })
     }
 
     /// Other blocks and other benches, and what means nothing here.

@@ -4,7 +4,7 @@
 //! it can; what nobody has asked yet is said to be open, never taken for granted.
 
 use super::judge::Judgement;
-use crate::{record::document, spec::Settings};
+use crate::record::document;
 use glasswarp_verify::metrics::Likeness;
 
 /// An answer to one question, or to all of them.
@@ -134,16 +134,13 @@ impl Verdict {
         }
     }
 
-    /// Whether the light is known, and not too far from what the figures rest on. `sun` is what
-    /// would be lost if it were the sun's, where nothing is said of its size.
-    pub fn say_light(&mut self, settings: &Settings, sun: Option<&str>) {
-        match (sun, settings.source_size) {
-            (Some(_), _) => self.say(
-                "light",
-                Answer::NotAsked,
-                "the size of the light (`source-size` sun, 0.5deg, or none for a laser)",
-            ),
-            (None, _) => self.say("light", Answer::Yes, "the light is that of the design"),
+    /// Whether the size of the light is known, as far as it matters.
+    pub fn say_light(&mut self, is_known: bool) {
+        if is_known {
+            self.say("light", Answer::Yes, "the light is that of the design");
+        } else {
+            let size = "the size of the light (`source-size` sun, 0.5deg, or none for a laser)";
+            self.say("light", Answer::NotAsked, size);
         }
     }
 

@@ -35,9 +35,11 @@ pub struct Workpiece {
     pub examiner: Examiner,
     /// The light to be drawn in perfect light.
     pub ideal: TargetIrradiance,
+    /// The light to be seen in the light that there is.
+    pub perceived: TargetIrradiance,
     /// The bench that it was designed for.
     pub bench: Bench,
-    /// What the eye shall see.
+    /// The same picture by the verifier's own reader.
     pub target: TargetLight,
 }
 
@@ -77,7 +79,8 @@ impl Workpiece {
         let scene = changed_bench(scene_of(&side.bench, design, host)?, Some(&block), ior, distance_mm)?;
         let examiner = Examiner::new(scene, Some(target.in_perfect_light()), pixels);
         let surface = surface_of(&block)?;
-        Ok(Self { side, block, surface, examiner, ideal: requirements.ideal, bench, target })
+        let Requirements { ideal, perceived, .. } = requirements;
+        Ok(Self { side, block, surface, examiner, ideal, perceived, bench, target })
     }
 
     /// The light of a face on this block.

@@ -15,13 +15,11 @@ mod rays;
 mod scene;
 mod section;
 mod sheet;
-mod signal;
 mod still;
 
 pub use coupon::{CouponSheet, ReadingRule, coupon_html};
-pub use page::{Facts, FileRecord, Highlight, Model, Page, View};
+pub use page::{Facts, FileRecord, Highlight, Model, Page, TrafficLight, View};
 pub use sheet::{ReadySheet, write_ready_sheet};
-pub use signal::{Signal, TrafficLight};
 
 use crate::{
     export::{WriteError, write_atomically},

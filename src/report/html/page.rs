@@ -1,6 +1,5 @@
 //! What is on the page, as plain data.
 
-use super::signal::TrafficLight;
 use crate::{
     bench::Bench,
     grid::Field,
@@ -72,6 +71,19 @@ pub struct Model<'a> {
     pub hollow_per_mm: &'a Field<f64>,
     /// Its lines of equal height.
     pub contours: &'a Isocontours,
+}
+
+/// A question with its answer, in a colour.
+#[derive(Clone, Debug)]
+pub struct TrafficLight {
+    /// What was asked.
+    pub question: String,
+    /// The answer in a word or two: colour alone tells nothing to many.
+    pub answer: &'static str,
+    /// The class of its colour in the styles.
+    pub class: &'static str,
+    /// Why, and what to do.
+    pub says: String,
 }
 
 /// A figure that is read first.

@@ -3,8 +3,7 @@
 
 use super::{
     figure::{Figure, Sheet},
-    page::{Facts, FileRecord, View},
-    signal::{Signal, TrafficLight},
+    page::{Facts, FileRecord, TrafficLight, View},
 };
 use crate::{
     export::{WriteError, write_atomically},
@@ -19,9 +18,7 @@ pub struct ReadySheet {
     /// Name of the block.
     pub title: String,
     /// The answer to all questions together.
-    pub answer: Signal,
-    /// The same with its reasons.
-    pub says: String,
+    pub verdict: TrafficLight,
     /// What it rests on.
     pub lights: Vec<TrafficLight>,
     /// The picture, and what the eye gets of it.

@@ -68,7 +68,8 @@ impl Sample {
             about: "About <script>alert(1)</script>".into(),
             verdict: Some(TrafficLight {
                 question: "Will it work?".into(),
-                answer: Signal::But,
+                answer: "yes, but",
+                class: "but",
                 says: "a <little>".into(),
             }),
             warnings: vec!["too <thin>".into()],

@@ -8,7 +8,7 @@ use crate::{
     materials,
     report::{
         budget::Cost,
-        html::{Facts, Highlight, Model, Signal, TrafficLight, View},
+        html::{Facts, Highlight, Model, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
     },
@@ -30,23 +30,20 @@ pub(super) fn program() -> String {
     format!("glasswarp {}", env!("CARGO_PKG_VERSION"))
 }
 
-/// The colour of an answer.
-pub(crate) fn signal(answer: Answer) -> Signal {
-    match answer {
-        Answer::Yes => Signal::Yes,
-        Answer::But => Signal::But,
-        Answer::NotAsked => Signal::Open,
-        Answer::No => Signal::No,
-    }
+/// An answer as a traffic light.
+pub(super) fn light_of(question: &str, answer: Answer, says: String) -> TrafficLight {
+    let class = match answer {
+        Answer::Yes => "yes",
+        Answer::But => "but",
+        Answer::NotAsked => "open",
+        Answer::No => "no",
+    };
+    TrafficLight { question: question.into(), answer: answer.word(), class, says }
 }
 
 /// Whether a block will work, in a line.
 pub(super) fn traffic_light(verdict: &Verdict, in_flags: fn(&str) -> String) -> TrafficLight {
-    TrafficLight {
-        question: "Will it work?".into(),
-        answer: signal(verdict.answer()),
-        says: in_flags(&verdict.in_words()),
-    }
+    light_of("Will it work?", verdict.answer(), in_flags(&verdict.in_words()))
 }
 
 /// A length without the digits that only rounding errors fill.

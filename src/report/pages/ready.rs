@@ -1,11 +1,11 @@
 //! The sheet of a block that is ready to be made, or not.
 
-use super::common::{light_view, mm, program, row, signal, stock_facts, target_view};
+use super::common::{light_of, light_view, mm, program, row, stock_facts, target_view, traffic_light};
 use crate::{
     failure::Failure,
     report::{
         drawing::Drawing,
-        html::{Facts, FileRecord, ReadySheet, TrafficLight, write_ready_sheet},
+        html::{Facts, FileRecord, ReadySheet, write_ready_sheet},
         pictures::Exposure,
     },
     spec::Feed,
@@ -44,7 +44,6 @@ impl ReadyPage<'_> {
     pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
         let (study, piece) = (self.study, self.piece);
         let (seen, target) = &study.seen;
-        let light = judge::field_of(&seen.image);
         let note = format!(
             "{}. SSIM {:.3}, relative RMS {:.3}. {}, {}.",
             capital(seen_in_words(seen.metrics.ssim).1),
@@ -53,18 +52,13 @@ impl ReadyPage<'_> {
             capital(&study.mill.done_in_words()),
             study.light
         );
-        let lights = study.verdict.concerns().iter().map(|Concern { question, answer, says }| TrafficLight {
-            question: (*question).to_owned(),
-            answer: signal(*answer),
-            says: (self.in_flags)(says),
-        });
+        let light = |Concern { question, answer, says }: &Concern| light_of(question, *answer, (self.in_flags)(says));
         let page = ReadySheet {
-            answer: signal(study.verdict.answer()),
-            says: (self.in_flags)(&study.verdict.in_words()),
-            lights: lights.collect(),
+            verdict: traffic_light(&study.verdict, self.in_flags),
+            lights: study.verdict.concerns().iter().map(light).collect(),
             pictures: vec![
                 target_view(&judge::field_of(target), self.exposure),
-                light_view("What the eye will get", &light, self.exposure, note),
+                light_view("What the eye will get", &judge::field_of(&seen.image), self.exposure, note),
             ],
             drawing: Drawing::of(&study.solid, &piece.bench, &study.order.notes()),
             facts: self.facts(),
@@ -107,7 +101,7 @@ impl ReadyPage<'_> {
             work.push(row("Scallops", scallop));
         }
         let arrival = vec![
-            row("Thickness", format!("nowhere below {:.2} mm, else send it back", order.least_mm())),
+            row("Thickness", format!("nowhere below {:.2} mm, else send it back", order.thickness_mm)),
             row(
                 "Lower face",
                 "flat, clear and without scratches: it stays as it is, and light enters there".to_owned(),
@@ -116,11 +110,7 @@ impl ReadyPage<'_> {
             row("Masking film", "off the upper face only".to_owned()),
             row("After milling", format!("highest point {} mm above the lower face", mm(order.thickness_mm))),
         ];
-        let mut faults: Vec<_> = study.faults.iter().collect();
-        let ssim =
-            |likeness: &Option<glasswarp_verify::metrics::Likeness>| likeness.map_or(-1.0, |likeness| likeness.ssim);
-        faults.sort_by(|(_, a), (_, b)| ssim(a).total_cmp(&ssim(b)));
-        let faults = faults.into_iter().take(MOST_FAULTS).map(|(name, likeness)| {
+        let faults = study.faults.iter().take(MOST_FAULTS).map(|(name, likeness)| {
             let says = match likeness {
                 Some(likeness) => format!("SSIM {:.3}: {}", likeness.ssim, seen_in_words(likeness.ssim).1),
                 None => "no picture at all".to_owned(),

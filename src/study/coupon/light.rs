@@ -5,7 +5,10 @@ use crate::{
     fabricate::{Pass, Rows, SAMPLES_PER_ROW},
     failure::Failure,
     grid::Field,
-    study::mill::{mill, polished},
+    study::{
+        mill::{mill, polished},
+        workpiece::with_face,
+    },
     surface::{HeightField, Polish},
 };
 use glam::{DVec2, DVec3};
@@ -65,14 +68,9 @@ impl Coupon {
         let heights = Field::from_vec(nx, ny, block.heights_mm().to_vec());
         let face = self.surface().with_heights(heights);
         let mut scene = self.scene(state.ior);
-        let smooth = |face: &HeightField| {
-            let heights = face.heights_mm();
-            let nodes = (heights.nx(), heights.ny());
-            block.clone().with_face(nodes, heights.as_slice().to_vec()).map_err(Failure::refused)
-        };
         let worked = match (state.pass, state.polish) {
             (None, None) => block.clone(),
-            (None, Some(polish)) => smooth(&polish.polished(&face))?,
+            (None, Some(polish)) => with_face(block, &polish.polished(&face))?,
             (Some(pass), None) => {
                 scene.surface = Surface::Smooth;
                 let rows = Rows::along(&face, pass).map_err(Failure::refused)?;
@@ -81,7 +79,9 @@ impl Coupon {
                 let sloped = block.clone().with_sloped_face(nodes, heights.into_vec(), slopes.into_vec());
                 sloped.map_err(Failure::refused)?
             }
-            (Some(pass), Some(polish)) => smooth(&polished(&mill(&face, &pass, None)?.surface, &face, polish))?,
+            (Some(pass), Some(polish)) => {
+                with_face(block, &polished(&mill(&face, &pass, None)?.surface, &face, polish))?
+            }
         };
         let tracer = Tracer::for_block(&worked, &scene).map_err(Failure::refused)?;
         let plan = PhotonPlan::new(photon_count, 1).with_replicates(2);

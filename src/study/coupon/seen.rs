@@ -11,10 +11,12 @@ use crate::{
     failure::Failure,
     record::document,
     solver::Progress,
-    study::progress::{advance, begin},
+    study::{
+        bench::block_document,
+        progress::{advance, begin},
+    },
     surface::Polish,
 };
-use glam::DVec2;
 use glasswarp_verify::{Block, Image, Mesh};
 
 /// The light of a coupon after some work on it, and what is read from it.
@@ -141,18 +143,10 @@ impl Coupon {
 
     /// The record of a coupon.
     pub fn document(&self, seen: &[SeenCoupon], files: Vec<String>) -> document::Coupon {
-        let (solid, heights) = (&self.solid, self.surface().heights_mm());
-        let stock: DVec2 = solid.stock_extent().as_vec();
+        let heights = self.surface().heights_mm();
         document::Coupon {
             files,
-            block: document::Block {
-                width_mm: stock.x,
-                height_mm: stock.y,
-                thickness_mm: solid.thickness_mm(),
-                relief_mm: self.surface().relief_mm(),
-                thinnest_mm: solid.thinnest_mm(),
-                nodes: [heights.nx(), heights.ny()],
-            },
+            block: block_document(&self.solid, self.surface().relief_mm(), (heights.nx(), heights.ny())),
             ior: self.plan.ior,
             distance_mm: self.plan.distance_mm,
             lamp_distance_mm: self.plan.lamp_mm,
