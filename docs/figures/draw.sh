@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Draws the pictures of docs/gallery.md and docs/tutorial.md with the program itself.
+# Draws the pictures of the README and of docs/ that show designs with the program itself.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 cargo build --release
@@ -12,6 +12,11 @@ for sample in samples/*/design.toml; do
     glasswarp design "$sample" -o "$made/$name.stl" --no-report --pictures
     cp "$made/$name.panel.png" "docs/figures/gallery-$name.png"
 done
+for kind in panel budget; do cp "$made/camera.$kind.png" "docs/figures/camera.$kind.png"; done
+# Of docs/fabrication.md.
+glasswarp design samples/letter-f/design.toml --quality draft --nodes 129 --thickness 12mm --rim 10mm,-4mm --mark 5mm \
+    --origin stock-top -o "$made/f.step" --no-report --pictures
+cp "$made/f.drawing.png" docs/figures/drawing.png
 walk=$made/tutorial
 mkdir -p "$walk"
 cp -r samples "$walk/"
@@ -28,5 +33,8 @@ cp "$walk/final.panel.png" docs/figures/tutorial-final.png
 cp "$walk/window.panel.png" docs/figures/settings-window.png
 cp "$walk/torch.panel.png" docs/figures/settings-torch.png
 cp "$walk/laser.panel.png" docs/figures/settings-laser.png
-chromium --headless --no-sandbox --hide-scrollbars --window-size=900,1270 --screenshot="docs/figures/tutorial-ready.png" \
-    "file://$walk/final.ready.html"
+shot() {
+    chromium --headless --no-sandbox --hide-scrollbars --window-size="$2" --screenshot="docs/figures/$1" "file://$3"
+}
+shot tutorial-ready.png 900,1270 "$walk/final.ready.html"
+shot report.png 1200,1500 "$walk/final.report.html"

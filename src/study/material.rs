@@ -22,14 +22,11 @@ fn unknown(name: &str) -> Failure {
     let described = |material: &Material| format!("{} ({})", material.name, material.description);
     let meant: Vec<String> = materials::meant_by(name).map(described).collect();
     let hint = match (meant.as_slice(), nearest(name, known())) {
-        ([], None) => String::new(),
+        ([], None) => format!("; known are {}", known().collect::<Vec<_>>().join(", ")),
         ([], Some(near)) => format!(", did you mean '{near}'?"),
         (meant, _) => format!(", did you mean {}?", meant.join(", or ")),
     };
-    Failure::Usage(format!(
-        "there is no material '{name}'{hint}; known are {}, and `ior` takes any index",
-        known().collect::<Vec<_>>().join(", ")
-    ))
+    Failure::Usage(format!("there is no material '{name}'{hint} (`ior` takes any index)"))
 }
 
 /// The index of a material at a wavelength; at the catalogue's own if none is given.
