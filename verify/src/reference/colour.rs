@@ -35,7 +35,7 @@ impl Meaning {
     }
 
     /// Whether light is proportional to the numbers, as that of glowing gas in front of nothing is.
-    fn is_linear(&self) -> bool {
+    pub(super) fn is_linear(&self) -> bool {
         matches!(self, Self::Curves { tones, .. } if tones.iter().all(|tone| *tone == Tone::Linear))
     }
 

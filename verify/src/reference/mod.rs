@@ -148,15 +148,22 @@ impl Reference {
             format => decode::decode(format, bytes, options.layer.as_deref())?,
         };
         let (lossy, differs_in_alpha) = (decoded.lossy, differs_in_alpha(&decoded));
+        let linear = match options.transfer {
+            Some(transfer) => transfer == Transfer::Linear,
+            None => decoded.meaning.as_ref().is_ok_and(Meaning::is_linear),
+        };
         let plane = light_of(decoded, options)?;
         let flat_as_stored = is_flat(&plane);
         let reduced = plane.nx.max(plane.ny).div_ceil(MOST_SIDE);
-        let edited = plane
-            .reduced(reduced)
-            .cropped(options.crop)?
-            .turned(options.turn, options.flip)
-            .graded(options.levels, options.invert)?;
-        let framed = options.frame.around(edited)?;
+        let upright = plane.reduced(reduced).cropped(options.crop)?.turned(options.turn, options.flip);
+        let framed_when = |levels: f64| {
+            let mut plane = upright.clone();
+            if levels != 0.0 {
+                plane.map(|light| levels_away(light, levels, linear));
+            }
+            options.frame.around(plane.graded(options.levels, options.invert)?)
+        };
+        let framed = framed_when(0.0)?;
         if is_flat(&framed) {
             let (cause, remedy) = match (flat_as_stored, differs_in_alpha) {
                 (true, true) => {
@@ -171,10 +178,13 @@ impl Reference {
         let mut light = Image::new(framed.nx, framed.ny, values);
         let mean = light.mean();
         light.values.par_iter_mut().for_each(|value| *value /= mean);
-        // Levels spread what lies between their black and white over all of the scale, and a
-        // decoder's last level with it.
-        let spread = options.levels.map_or(1.0, |levels| 1.0 / (levels.white - levels.black));
-        let tolerance = if lossy { EXACT.max(spread * worth_of_a_level(&framed) / mean) } else { EXACT };
+        // Edits may stretch a decoder's last level over all of the scale, so they are done again to
+        // a picture that is one level brighter, and to one that is one darker.
+        let tolerance = if lossy {
+            EXACT.max(rms_difference(&framed_when(1.0)?, &framed_when(-1.0)?) / (2.0 * mean))
+        } else {
+            EXACT
+        };
         Ok(Self { light, tolerance, reduced })
     }
 }
@@ -235,17 +245,22 @@ fn is_flat(plane: &Plane) -> bool {
     f64::from(high - low) <= FLAT * f64::from(high)
 }
 
-/// Root mean square of the light that one level of 255 is worth on the curve of sRGB.
-fn worth_of_a_level(plane: &Plane) -> f64 {
-    let worth = |light: f64| {
-        let v = light_to_srgb(light);
-        srgb_to_light(v + 0.5 / 255.0) - srgb_to_light((v - 0.5 / 255.0).max(0.0))
-    };
+/// The light of a number that is some levels of 255 higher, on the curve of sRGB or on none.
+fn levels_away(light: f64, levels: f64, linear: bool) -> f64 {
+    if linear {
+        (light + levels / 255.0).max(0.0)
+    } else {
+        srgb_to_light((light_to_srgb(light) + levels / 255.0).max(0.0))
+    }
+}
+
+fn rms_difference(a: &Plane, b: &Plane) -> f64 {
     // Row by row, so that the order of adding up is always the same.
-    let rows: Vec<f64> = plane
+    let rows: Vec<f64> = a
         .values
-        .par_chunks(plane.nx)
-        .map(|row| row.iter().map(|light| worth(f64::from(*light)).powi(2)).sum())
+        .par_chunks(a.nx)
+        .zip(b.values.par_chunks(b.nx))
+        .map(|(a, b)| a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2)).sum())
         .collect();
-    (rows.iter().sum::<f64>() / plane.values.len() as f64).sqrt()
+    (rows.iter().sum::<f64>() / a.values.len() as f64).sqrt()
 }
