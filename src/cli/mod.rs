@@ -17,6 +17,7 @@ mod outputs;
 mod presets;
 mod preview;
 mod print;
+mod program;
 mod progress;
 mod ready;
 mod report_files;

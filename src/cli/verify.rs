@@ -8,6 +8,7 @@ use super::{
     memory::{self, MemoryArgs},
     outcome::error_limit,
     outputs, print,
+    program::{self, ProgramArgs},
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     shards::{self, MergeArgs},
@@ -62,7 +63,8 @@ enum Action {
 #[derive(Args)]
 pub(crate) struct FileArgs {
     /// The block, or any closed solid: .stl, .obj, .glb, .gltf, .ply, .off, .3mf, .step, or a
-    /// height map in .png or .exr
+    /// height map in .png or .exr; or the program that a machine shall cut it by (.ngc, .nc, .tap,
+    /// .gcode, .cnc)
     #[arg(required = true)]
     block: Option<PathBuf>,
 
@@ -75,16 +77,16 @@ pub(crate) struct FileArgs {
 
     /// The side file with the bench [default: beside the block, with the extension .toml]
     #[arg(long, value_name = "FILE")]
-    bench: Option<PathBuf>,
+    pub(super) bench: Option<PathBuf>,
 
     /// From z = 0 (of a block the mean plane of the exit face) to the receiver, on which the window
     /// stays where the light of a flat block falls [default: the side file's]
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    distance: Option<Length>,
+    pub(super) distance: Option<Length>,
 
     /// Refractive index [default: the side file's]
     #[arg(long, value_name = "N")]
-    ior: Option<f64>,
+    pub(super) ior: Option<f64>,
 
     /// Window on the receiver, around the axis: its width, or WIDTHxHEIGHT [default: the side
     /// file's, or the size of the solid]
@@ -110,7 +112,7 @@ pub(crate) struct FileArgs {
 
     /// Pixels across at which to judge, at most the picture's own
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
-    pixels: u32,
+    pub(super) pixels: u32,
 
     /// Photons that confirm the beams and account for all light
     #[arg(long, value_name = "N", default_value_t = 4_000_000, help_heading = "Photons")]
@@ -149,7 +151,7 @@ pub(crate) struct FileArgs {
     /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear). Of a
     /// sweep: .csv, .exr (all images as layers) or .png (the curves)
     #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    pub(super) output: Vec<PathBuf>,
 
     /// Look at the block in white light too, of which its material bends every colour otherwise,
     /// and write that picture: .png (sRGB) or .exr (linear, the primaries of sRGB)
@@ -162,10 +164,34 @@ pub(crate) struct FileArgs {
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR", value_parser = error_limit)]
-    max_error: Option<f64>,
+    pub(super) max_error: Option<f64>,
+
+    #[command(flatten)]
+    pub(super) program: ProgramArgs,
 
     #[command(flatten)]
     memory: MemoryArgs,
+}
+
+impl FileArgs {
+    /// A flag that means nothing for a program, if there is one.
+    pub(super) fn meaningless_for_programs(&self) -> Option<&'static str> {
+        [
+            (self.placing.as_placed, "--as-placed"),
+            (self.target.is_some(), "--target"),
+            (self.window.is_some(), "--window"),
+            (self.offset.is_some(), "--offset"),
+            (self.transfer.is_some(), "--transfer"),
+            (self.surface.is_some(), "--surface"),
+            (self.fresnel, "--fresnel"),
+            (self.tally.is_some(), "--tally"),
+            (self.sweep.is_some(), "--sweep"),
+            (self.white.is_some(), "--white"),
+            (self.report.is_some(), "--report"),
+        ]
+        .into_iter()
+        .find_map(|(given, flag)| given.then_some(flag))
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -230,6 +256,15 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 }
 
 fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
+    if program::is_program(block) {
+        return program::verify(block, args);
+    }
+    if args.program.is_given() {
+        return Err(Failure::Usage(format!(
+            "{} is no program (.ngc, .nc, .tap, .gcode, .cnc), and --tool, --origin, --stock and what goes with them are about programs",
+            block.display()
+        )));
+    }
     if args.sweep.is_none() {
         args.output.iter().chain(&args.white).try_for_each(|output| IrradianceFile::of(output).map(drop))?;
     }

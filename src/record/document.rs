@@ -231,6 +231,50 @@ records! {
         /// Files written.
         files: Vec<String>,
     }
+    /// A program of a machine, run over its block.
+    Program {
+        /// The file.
+        file: String,
+        /// Moves in it.
+        moves: u64,
+        /// Those of them that feed.
+        feed_moves: u64,
+        /// Their length.
+        feed_mm: f64,
+        /// Length of the rapids, as far as their ends are known.
+        rapid_mm: f64,
+        /// Time with feeds and acceleration.
+        minutes: f64,
+        /// Its tools, as number=shape.
+        tools: Vec<String>,
+        /// The finest decimal of its coordinates; null where there are none.
+        resolution_mm: Option<f64>,
+        /// The face as designed, as the program cuts it, and polished, each with its light; only the first where the block is cut through.
+        steps: Vec<MillStep>,
+        /// How far the cut face lies off the design.
+        deviation: Deviation,
+        /// What would harm the machine, the cutter or the block.
+        faults: Vec<String>,
+        /// What is likely wrong with the program, and what to do.
+        diagnoses: Vec<String>,
+        /// Files written.
+        files: Vec<String>,
+    }
+    /// Heights of a cut face less those of the design, micrometres.
+    Deviation {
+        /// Root of the mean square.
+        rms_um: f64,
+        /// The mean; above 0 where glass is left.
+        mean_um: f64,
+        /// Between these two lie 99 of 100 places.
+        range_um: [f64; 2],
+        /// The greatest one.
+        greatest_um: f64,
+        /// Where it is, from the middle of the face.
+        greatest_at_mm: [f64; 2],
+        /// Share of the face that is still as high as the stock.
+        untouched: f64,
+    }
     /// The light of a file.
     Judgement {
         /// Pixels along x and y.
@@ -592,6 +636,8 @@ pub enum Result {
     Check(Check),
     /// A block milled in simulation.
     Mill(Mill),
+    /// verify, of a program.
+    Program(Box<Program>),
     /// Whether a block is ready to be made.
     Ready(Ready),
     /// What another renderer sees.

@@ -33,6 +33,11 @@ pub struct MillStep {
 }
 
 impl MillStep {
+    /// A step that is none of the cutter's.
+    pub(super) fn new(name: &str, surface: HeightField, view: JudgedImage) -> Self {
+        Self { name: name.to_owned(), surface, view, is_milled: false }
+    }
+
     /// The same for programs.
     pub fn document(&self) -> document::MillStep {
         let heights = self.surface.heights_mm();

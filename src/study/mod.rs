@@ -4,7 +4,8 @@
 //! A [`Plan`](design::Plan) is a design that can be made;
 //! [`DesignVerification`](verification::DesignVerification) judges its files. Any other solid is
 //! [placed](placement) and [judged](judge), [checked](check), [milled](mill), put under
-//! [tolerances](tolerance), [swept](sweep), and seen in [white light](white).
+//! [tolerances](tolerance), [swept](sweep), and seen in [white light](white). What a machine's
+//! program makes of one is [found by running it](program).
 //!
 //! Settings that messages speak of stand in backticks.
 
@@ -25,6 +26,7 @@ pub mod material;
 pub mod mill;
 pub mod order;
 pub mod placement;
+pub mod program;
 mod progress;
 pub mod ready;
 pub mod requirements;

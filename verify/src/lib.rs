@@ -77,6 +77,10 @@ pub mod load;
 pub mod reference;
 pub mod solid;
 
+// From programs of machines to what they cut.
+pub mod cut;
+pub mod program;
+
 // From the bench to light, and what it is worth.
 pub mod crosscheck;
 mod estimate;

@@ -11,7 +11,8 @@ use crate::{
     study::{
         check::Makeable,
         judge,
-        mill::MillStudy,
+        mill::{MillStep, MillStudy},
+        program::ProgramStudy,
         tolerance::{ToleranceCase, ToleranceStudy},
         workpiece::Workpiece,
     },
@@ -120,6 +121,35 @@ const PIECE: u32 = 64;
 /// Rows of the cutter that lie nearer to each other than so many pixels beat with them.
 const BEATING: f64 = 3.0;
 
+/// The light after a step, with its figures.
+fn seen(step: &MillStep, exposure: Exposure) -> Captioned {
+    let metrics = &step.view.metrics;
+    let caption = format!("{}\nrelative RMS {:.4}, SSIM {:.4}", step.name, metrics.rel_rms, metrics.ssim);
+    Captioned { caption, picture: irradiance_picture(&judge::field_of(&step.view.image), exposure) }
+}
+
+/// What a program cuts, as a sheet: the light after every step, and how far the face lies off its
+/// design.
+pub(crate) fn program(piece: &Workpiece, study: &ProgramStudy, exposure: Exposure) -> GrayImage {
+    const WIDTH: u32 = 420;
+    let target = piece.examiner.target().into_iter().map(|target| Captioned {
+        caption: format!("target, {ON_THE_WALL}"),
+        picture: irradiance_picture(&judge::field_of(target), exposure),
+    });
+    let off = &study.deviation;
+    let most = off.range_um.0.abs().max(off.range_um.1.abs());
+    let (greatest, at) = off.greatest;
+    let map = map_of(&off.map, off.extent, (-most, most), Some(at), MAP_PX);
+    let caption = format!(
+        "cut less designed, {FROM_ABOVE}: white {:.3} um, black {most:+.3} um\n(glass is left); the greatest, in the ring: {greatest:+.3} um",
+        -most
+    );
+    let map = Captioned { caption, picture: map.raster() };
+    let pictures: Vec<Captioned> =
+        target.chain(study.steps.iter().map(|step| seen(step, exposure))).chain([map]).collect();
+    contact_sheet(&pictures, 3, WIDTH)
+}
+
 /// The light after every step of milling, as a sheet.
 pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) -> GrayImage {
     const WIDTH: u32 = 420;
@@ -129,12 +159,7 @@ pub(crate) fn milling(piece: &Workpiece, study: &MillStudy, exposure: Exposure) 
         .target()
         .into_iter()
         .map(|target| Captioned { caption: format!("target, {ON_THE_WALL}"), picture: picture(target) });
-    let mut pictures: Vec<Captioned> = target.collect();
-    for step in &study.steps {
-        let metrics = &step.view.metrics;
-        let caption = format!("{}\nrelative RMS {:.4}, SSIM {:.4}", step.name, metrics.rel_rms, metrics.ssim);
-        pictures.push(Captioned { caption, picture: picture(&step.view.image) });
-    }
+    let mut pictures: Vec<Captioned> = target.chain(study.steps.iter().map(|step| seen(step, exposure))).collect();
     // As large as it is, so that rows and pixels beat with each other only once.
     let last = picture(&study.last().view.image);
     let (wide, high) = last.dimensions();

@@ -1,0 +1,268 @@
+//! `glasswarp verify portrait.ngc`: a machine's program, run over its block, and the picture that what it
+//! cuts draws.
+
+use super::{
+    check::exposure,
+    console::{self, say},
+    machine::{IrradianceFile, has_extension, read_mesh},
+    outcome::unless_within,
+    outputs,
+    progress::TerminalProgress,
+    side_files::{self, hash_of},
+    verify::FileArgs,
+};
+use crate::{
+    failure::Failure,
+    record::{SideFile, document},
+    report::{self, pages::maps},
+    spec::{Feed, Length, NumberedTool, StockSize, Travel, UnitsName, ZeroPlace},
+    study::{
+        mill::MillStep,
+        placement::Placing,
+        program::{ProgramQuestion, ProgramStudy, Zero},
+        verdict::Verdict,
+        workpiece::Workpiece,
+    },
+    surface::Polish,
+};
+use glam::{DVec2, DVec3};
+use glasswarp_verify::{
+    metrics::Likeness,
+    program::{Dynamics, Units},
+};
+use std::{
+    fs::File,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+};
+
+const HEADING: &str = "Programs of machines (.ngc, .nc, .tap, .gcode, .cnc)";
+
+#[derive(clap::Args)]
+pub(crate) struct ProgramArgs {
+    /// A tool: ball:d6mm (its diameter) or ball:r3mm, flat:d12mm, bull:d12mm,r1mm, vee:60deg,d6mm,
+    /// taper:r1mm,5deg,d6mm; one of several with its number, as in 2=flat:d6mm. May be given several
+    /// times [default: as comments of the program say]
+    #[arg(long, value_name = "TOOL", help_heading = HEADING)]
+    tool: Vec<NumberedTool>,
+
+    /// The block's own file, which the cut face is compared with [default: the one that the side
+    /// file names]
+    #[arg(long, value_name = "FILE", help_heading = HEADING)]
+    design: Option<PathBuf>,
+
+    /// The program's zero: exit, entry, stock-top or corner, or X,Y,Z in the frame of the bench
+    /// [default: the side file's]
+    #[arg(long, value_name = "PLACE", allow_hyphen_values = true, help_heading = HEADING)]
+    origin: Option<ZeroPlace>,
+
+    /// The stock: its thickness, or WIDTHxHEIGHTxTHICKNESS [default: the side file's]
+    #[arg(long, value_name = "SIZE", help_heading = HEADING)]
+    stock: Option<StockSize>,
+
+    /// How far the machine's axes go, as in 300x200x80mm: what is larger is told
+    #[arg(long, value_name = "SIZE", help_heading = HEADING)]
+    travel: Option<Travel>,
+
+    /// The machine's acceleration, per square second; without it time is that of feeds alone
+    #[arg(long, value_name = "LENGTH", help_heading = HEADING)]
+    acceleration: Option<Length>,
+
+    /// The machine's speed of rapids
+    #[arg(long, value_name = "FEED", default_value = "5000mm/min", help_heading = HEADING)]
+    rapid: Feed,
+
+    /// Units of a program that names none
+    #[arg(long, value_name = "UNIT", help_heading = HEADING)]
+    units: Option<UnitsName>,
+
+    /// Polish the cut face: the standard deviation of the Gaussian that blurs its heights
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, help_heading = HEADING)]
+    polish: Option<Length>,
+
+    /// Write NAME.cut.png beside the program: the light after every step, and a map of what the cut
+    /// face lies off the design
+    #[arg(long, help_heading = HEADING)]
+    pictures: bool,
+}
+
+/// Corners of a program that does not say how they are treated are cut by so much at most, mm: what
+/// GRBL does unless it is told otherwise.
+const CORNER_MM: f64 = 0.01;
+/// Extensions of programs.
+const EXTENSIONS: [&str; 5] = ["ngc", "nc", "tap", "gcode", "cnc"];
+/// Bytes that are read at once.
+const BUFFER: usize = 1 << 18;
+
+/// Whether a file is a program, by its name.
+pub(super) fn is_program(path: &Path) -> bool {
+    EXTENSIONS.iter().any(|extension| has_extension(path, extension))
+}
+
+impl ProgramArgs {
+    /// Whether something is said that only programs have.
+    pub(super) fn is_given(&self) -> bool {
+        let of_machine = self.origin.is_some() || self.stock.is_some() || self.travel.is_some();
+        of_machine
+            || !self.tool.is_empty()
+            || self.design.is_some()
+            || self.acceleration.is_some()
+            || self.units.is_some()
+            || self.polish.is_some()
+            || self.pictures
+    }
+
+    fn question(&self) -> Result<ProgramQuestion, Failure> {
+        let dynamics = Dynamics {
+            acceleration: self.acceleration.map_or(f64::INFINITY, |length| length.mm),
+            rapid_feed: self.rapid.mm_per_minute,
+            corner_mm: CORNER_MM,
+        };
+        if dynamics.acceleration <= 0.0 {
+            return Err(Failure::Usage("an acceleration (--acceleration) must be above 0".into()));
+        }
+        Ok(ProgramQuestion {
+            tools: self.tool.iter().map(|one| (one.number, one.tool)).collect(),
+            units: self.units.map(|unit| if unit == UnitsName::In { Units::Inches } else { Units::Millimetres }),
+            zero: self.origin.map(|zero| match zero {
+                ZeroPlace::Named(name) => Zero::At(name.into()),
+                ZeroPlace::At(place) => Zero::Place(DVec3::from(place)),
+            }),
+            stock_mm: (
+                self.stock.and_then(|stock| stock.across_mm).map(DVec2::from),
+                self.stock.map(|stock| stock.thickness_mm),
+            ),
+            travel_mm: self.travel.map(|Travel(travel)| DVec3::from(travel)),
+            dynamics,
+            polish: self.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?,
+        })
+    }
+}
+
+/// Judges a program.
+pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
+    args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
+    if let Some(flag) = args.meaningless_for_programs() {
+        return Err(Failure::Usage(format!("{flag} is about a block's file, and {} is a program", program.display())));
+    }
+    let question = args.program.question()?;
+    let side = side_files::of_block(program, args.bench.as_deref())?;
+    let block = block_of(program, args, &side)?;
+    let sheet = args.program.pictures.then(|| program.with_extension("cut.png"));
+    let inputs = side_files::inputs(program, args.bench.as_deref())?;
+    outputs::plan(
+        inputs.iter().chain([&block]).map(PathBuf::as_path),
+        args.output.iter().cloned().chain(sheet.clone()),
+    )?;
+    let progress = TerminalProgress::new();
+    let (mesh, name) = (read_mesh(&block)?, block.display().to_string());
+    let origin_mm = side_files::origin_of(&side, &block);
+    let changed = (args.ior, args.distance.map(|length| length.mm));
+    let host = &super::machine::Machine;
+    let pixels = args.pixels as usize;
+    let piece =
+        Workpiece::of((mesh, &name), (origin_mm, Placing::Righted), side, changed, pixels, (host, &progress))?;
+    let open = || File::open(program).map(|file| Box::new(BufReader::with_capacity(BUFFER, file)) as Box<dyn BufRead>);
+    let study = ProgramStudy::of(&open, &program.display().to_string(), &piece, &question, &progress);
+    progress.finish();
+    let study = study?;
+    let mut verdict = Verdict::default();
+    if let Some(last) = study.last() {
+        verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it");
+        console::verdict(&verdict);
+    }
+    print(program, &study, &question);
+    study.diagnoses.iter().for_each(console::warn);
+    if let Some(path) = &sheet {
+        report::write_png(path, &maps::program(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
+        say!("  pictures       {}", path.display());
+    }
+    if let Some(last) = study.last() {
+        let target = piece.examiner.target().unwrap_or(&last.view.image);
+        let peak = target.values.iter().copied().fold(0.0, f64::max);
+        for output in &args.output {
+            IrradianceFile::of(output)?.write(output, &last.view.image, peak)?;
+        }
+    }
+    let files: Vec<PathBuf> = args.output.iter().cloned().chain(sheet).collect();
+    let document = study.document(&program.display().to_string(), document::texts(&files));
+    console::result(document::Result::Program(Box::new(document)));
+    if !study.faults.is_empty() {
+        let said: Vec<String> = study.faults.list.iter().map(|fault| fault.in_words()).collect();
+        return Err(Failure::BelowThreshold(format!(
+            "{} must not be run like this: {}",
+            program.display(),
+            said.join("; ")
+        )));
+    }
+    match study.last() {
+        Some(last) => unless_within(args.max_error, last.view.metrics.rel_rms, "the", " in the end"),
+        None => Err(Failure::BelowThreshold(format!("{} cuts through the block", program.display()))),
+    }
+}
+
+/// The file of the block that a program is for.
+fn block_of(program: &Path, args: &FileArgs, side: &SideFile) -> Result<PathBuf, Failure> {
+    if let Some(design) = &args.program.design {
+        return Ok(design.clone());
+    }
+    let folder = args.bench.as_deref().unwrap_or(program).with_file_name("");
+    let found = side.files.iter().find_map(|(name, sha256)| {
+        let path = folder.join(name);
+        let is_it = !is_program(&path) && hash_of(&path).is_ok_and(|found| found == *sha256);
+        is_it.then_some(path)
+    });
+    found.ok_or_else(|| {
+        Failure::Usage(format!(
+            "none of the block's files that the side file names ({}) lies beside it unchanged: name one with --design",
+            side.files.keys().cloned().collect::<Vec<_>>().join(", ")
+        ))
+    })
+}
+
+fn print(program: &Path, study: &ProgramStudy, question: &ProgramQuestion) {
+    let survey = &study.survey;
+    let tools: Vec<String> = study
+        .tools
+        .iter()
+        .map(|(number, tool)| if *number == 0 { tool.in_words() } else { format!("T{number}: {}", tool.in_words()) })
+        .collect();
+    say!("{}: {} moves, cut with {}", program.display(), survey.moves, tools.join("; "));
+    say!("  way            {:.1} m fed, {:.1} m of rapids", 1e-3 * survey.feed_mm, 1e-3 * survey.rapid_mm);
+    let acceleration = question.dynamics.acceleration;
+    let how = if acceleration.is_finite() {
+        format!("with {acceleration} mm/s2; corners {}", study.corners_in_words(CORNER_MM))
+    } else {
+        "by feeds alone (--acceleration tells more)".to_owned()
+    };
+    say!("  time           {:.1} min {how}", survey.seconds / 60.0);
+    let feeds: Vec<f64> = survey.feeds.iter().map(|(feed, _)| *feed).collect();
+    if let (Some(least), Some(most)) = (feeds.iter().copied().reduce(f64::min), feeds.iter().copied().reduce(f64::max))
+    {
+        let range = if least == most { format!("{least}") } else { format!("{least} to {most}") };
+        say!("  feed           {range} mm/min, changed {} times", survey.feed_changes);
+    }
+    let (low, high) = survey.bounds;
+    say!(
+        "  reaches        x {:.3} to {:.3}, y {:.3} to {:.3}, z {:.3} to {:.3} mm",
+        low.x, high.x, low.y, high.y, low.z, high.z
+    );
+    if let Some((depth, line)) = study.faults.deepest {
+        say!("  deepest cut    {depth:.3} mm, in line {line}");
+    }
+    let off = &study.deviation;
+    say!(
+        "  off the design {:.3} um rms, mean {:+.3}; 99 of 100 places within {:.3} and {:+.3} um",
+        off.rms_um, off.mean_um, off.range_um.0, off.range_um.1
+    );
+    let (greatest, at) = off.greatest;
+    say!("                 at most {greatest:+.3} um, at ({:.2}, {:.2}) mm from the middle of the face", at.x, at.y);
+    if off.untouched > 0.0 {
+        say!("  untouched      {:.1} % of the face is as high as the stock", 100.0 * off.untouched);
+    }
+    say!("\nThe picture after every step                               relative RMS     SSIM        nodes");
+    for MillStep { name, surface, view, .. } in &study.steps {
+        let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
+        say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
+    }
+}
