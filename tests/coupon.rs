@@ -10,7 +10,7 @@ use common::{
 use glam::{DVec2, DVec3};
 use glasswarp::{
     export::{Format, export},
-    fabricate::{Cutter, Direction, FaceShape, Machining, Pass, Rows},
+    fabricate::{CHORD_MM, Cutter, Direction, FaceShape, Machining, Pass, Post},
     solid::{Shape, Solid, Stock},
     study::coupon::{Coupon, CouponPlan, CouponState, Polished, Reading},
     surface::{Polish, SurfaceSpline},
@@ -248,11 +248,18 @@ fn the_program_keeps_to_the_face_before_the_interpreter_of_linuxcnc() {
     let half = 0.5 * coupon.surface().extent().as_vec();
     for (degrees, origin) in [(0.0, DVec3::ZERO), (90.0, DVec3::new(-16.0, -20.0, -5.0)), (30.0, DVec3::ZERO)] {
         let pass = Pass { cutter, step_over_mm: 1.0, direction: Direction::at(degrees), allowance_mm: 0.0 };
-        let rows = Rows::along(coupon.surface(), pass).unwrap();
-        let machining = Machining { feed_mm_per_min: 1000.0, spindle_per_min: 18_000.0, safe_mm: SAFE_MM };
+        let machining = Machining {
+            feed_mm_per_min: 1000.0,
+            spindle_per_min: 18_000.0,
+            safe_mm: SAFE_MM,
+            chord_mm: CHORD_MM,
+            arcs: false,
+            post: Post::LinuxCnc,
+        };
         let mut program = Vec::new();
-        let heights = (top, coupon.solid.entry_z_mm());
-        rows.write_program(&mut program, &machining, heights, (origin, "a test (of brackets)")).unwrap();
+        let (mut whole, header) = (coupon.program(pass, machining), ["a test (of brackets)".to_owned()]);
+        whole.place.origin_mm = origin;
+        whole.write(&mut program, "coupon", &header).unwrap();
         let path = folder.path().join("coupon.ngc");
         std::fs::write(&path, &program).unwrap();
         let strokes = String::from_utf8(program).unwrap().lines().filter(|line| line.starts_with("G1 ")).count();

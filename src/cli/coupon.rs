@@ -10,18 +10,21 @@ use super::{
 };
 use crate::{
     export::{self, Format, write_atomically},
-    fabricate::{Cutter, Direction, Machining, Pass, Rows},
+    fabricate::{CHORD_MM, Cutter, Direction, Machining, Pass, Post},
     failure::Failure,
     record::document,
     report::pages::{common::mm, coupon::CouponPage},
-    solid::{Shape, Solid, Stock},
+    solid::{Shape, Stock},
     spec::{Feed, Length, OriginName, Settings},
     study::{
         coupon::{Coupon, CouponPlan, SeenCoupon},
         material::ior_of,
     },
 };
-use std::path::{Path, PathBuf};
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+};
 
 #[derive(clap::Args)]
 pub(crate) struct CouponArgs {
@@ -112,6 +115,9 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
         feed_mm_per_min: args.feed.mm_per_minute,
         spindle_per_min: args.spindle,
         safe_mm: args.safe_height.mm,
+        chord_mm: CHORD_MM,
+        arcs: false,
+        post: Post::LinuxCnc,
     };
     machining.check().map_err(Failure::refused)?;
     let progress = TerminalProgress::new();
@@ -119,7 +125,7 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     coupon.check(&pass)?;
     for file in &files {
         if is_program(file) {
-            write_program(file, &coupon, pass, &machining)?;
+            write_program(file, &coupon, pass, machining)?;
         } else {
             export::export(file, &coupon.solid, &coupon.export_design()).map_err(Failure::exporting)?;
         }
@@ -168,21 +174,10 @@ fn is_program(file: &Path) -> bool {
     has_extension(file, "ngc")
 }
 
-fn write_program(file: &Path, coupon: &Coupon, pass: Pass, machining: &Machining) -> Result<(), Failure> {
-    let rows = Rows::along(coupon.surface(), pass).map_err(Failure::refused)?;
-    let (top_mm, solid) = (Solid::highest_mm(coupon.surface()), &coupon.solid);
-    let about = format!(
-        "glasswarp {} test coupon, {}\nstock {} x {} x {} mm, clamped by its walls below the face",
-        env!("CARGO_PKG_VERSION"),
-        solid.frame_line(),
-        solid.stock_extent().width_mm,
-        solid.stock_extent().height_mm,
-        solid.thickness_mm()
-    );
-    write_atomically(file, |out| {
-        rows.write_program(out, machining, (top_mm, solid.entry_z_mm()), (solid.origin_mm(), &about))
-    })
-    .map_err(Failure::writing)
+fn write_program(file: &Path, coupon: &Coupon, pass: Pass, machining: Machining) -> Result<(), Failure> {
+    let mut program = Vec::new();
+    coupon.program(pass, machining).write(&mut program, "test coupon", &coupon.about()).map_err(Failure::refused)?;
+    write_atomically(file, |out| out.write_all(&program)).map_err(Failure::writing)
 }
 
 fn print(coupon: &Coupon, seen: &[SeenCoupon], files: &[PathBuf]) {

@@ -7,9 +7,10 @@ use super::{
     memory::{self, MemoryArgs},
     outcome::{error_limit, unless_within, with_flags},
     outputs, print,
+    program::{self, PassArgs},
     progress::TerminalProgress,
     report_files::{self, file_record},
-    side_files::{self, file_name, hash_of, origin_of, path_beside},
+    side_files::{self, file_name, hash_of, open_workpiece, origin_of, path_beside},
 };
 use crate::{
     export::{Format, HeightMapFormat},
@@ -40,6 +41,7 @@ use crate::{
         imperfect::ImperfectView,
         judge::Judgement,
         order::StockOrder,
+        placement::Placing,
         verdict::seen_in_words,
         verification::{DesignVerification, Seen},
     },
@@ -60,7 +62,7 @@ pub(crate) struct DesignArgs {
     /// PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, or SVG.
     picture: PathBuf,
 
-    /// A file to write (.stl .step .3mf .obj .glb .ply), several times if need be
+    /// A file to write (.stl .step .3mf .obj .glb .ply, or .ngc), several times if need be
     ///
     /// Its extension is the format [default: the picture's name with .stl, in the working folder]
     #[arg(short, long, value_name = "FILE")]
@@ -112,11 +114,17 @@ pub(crate) struct DesignArgs {
     /// Write no report
     #[arg(long, hide_short_help = true)]
     no_report: bool,
+
+    #[command(flatten)]
+    pass: PassArgs,
 }
+
+/// Pixels across at which a program is judged, as a file of the design is.
+const PROGRAM_PIXELS: usize = 1024;
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
-    let Task { plan, outputs, report, with_pictures } = task(args, &progress)?;
+    let Task { plan, outputs, programs, report, with_pictures } = task(args, &progress)?;
     // First of all, since they may change what is wanted.
     progress.finish();
     plan.warnings().iter().for_each(console::warn);
@@ -209,6 +217,15 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         }
     }
     block.summary.warnings.iter().for_each(console::warn);
+    let (judged, drawn) = (&outputs[first], args.pass.plan());
+    let programs = match programs.as_slice() {
+        [] => Vec::new(),
+        programs => {
+            let piece = open_workpiece(judged, None, Placing::Righted, (None, None), PROGRAM_PIXELS, &progress)?;
+            let polish = plan.settings.finish.and_then(|finish| finish.polish);
+            program::write(programs, &piece, &drawn, (&path_beside(judged), polish), &progress)?
+        }
+    };
     let checked = verification.as_ref();
     console::result(document::Result::Design(Box::new(document::Design {
         verdict: verdict.document(with_flags),
@@ -223,6 +240,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         finished: checked.and_then(|verification| verification.finished.as_ref()).map(Finished::document),
         imperfect: checked.and_then(|verification| verification.imperfect.as_ref()).map(ImperfectView::document),
         expected_memory: expected.0,
+        programs,
     })));
     let Some(DesignVerification { imperfect, finished, judgement, .. }) = &verification else { return Ok(()) };
     demand(judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
@@ -267,6 +285,7 @@ fn solver_document(plan: &Plan, block: &DesignedBlock, solved: Duration) -> docu
 struct Task {
     plan: Plan,
     outputs: Vec<PathBuf>,
+    programs: Vec<PathBuf>,
     report: Option<PathBuf>,
     with_pictures: bool,
 }
@@ -279,8 +298,13 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
         )));
     }
     let (settings, picture) = spec::settings(&args.picture, &args.settings, &Machine)?;
-    let outputs =
-        if args.output.is_empty() { vec![default_output(&args.picture, &picture)] } else { args.output.clone() };
+    let (programs, mut outputs): (Vec<PathBuf>, Vec<PathBuf>) =
+        args.output.iter().cloned().partition(|output| program::is_program(output));
+    if outputs.is_empty() {
+        // A program is read back over the block that it is for.
+        let of_program = programs.first().map(|program| program.with_extension("stl"));
+        outputs.push(of_program.unwrap_or_else(|| default_output(&args.picture, &picture)));
+    }
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
     }
@@ -289,6 +313,7 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
     }
     let into = |path: &PathBuf| args.out_dir.as_ref().map_or_else(|| path.clone(), |folder| folder.join(path));
     let outputs: Vec<PathBuf> = outputs.iter().chain(&args.height_map).map(into).collect();
+    let programs: Vec<PathBuf> = programs.iter().map(into).collect();
     let report = args.report.as_ref().map(into);
     let report = report_files::path(report.as_deref(), args.no_report, &outputs[0])?;
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
@@ -300,14 +325,14 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
             source: source.into(),
         })?;
     }
-    let written = outputs.iter().cloned().chain(derived).chain(report.clone());
+    let written = outputs.iter().chain(&programs).cloned().chain(derived).chain(report.clone());
     outputs::plan(inputs.into_iter().chain(settings.files()), written)?;
     let plan = Plan::new(picture, settings, &Machine, progress).map_err(|failure| placed(failure, &args.picture))?;
     if let Some(cutter) = args.height_map_cutter {
         // Whether it fits onto the block; rows are the program's affair.
         Pass::finishing(cutter, cutter.radius_mm()).check(plan.bench.block()).map_err(Failure::refused)?;
     }
-    Ok(Task { plan, outputs, report, with_pictures })
+    Ok(Task { plan, outputs, programs, report, with_pictures })
 }
 
 /// A refusal with the lines of the design file that it speaks of, if `named` is one.

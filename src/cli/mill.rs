@@ -7,6 +7,7 @@ use super::{
     machine::{Machine, has_extension},
     outcome::{error_limit, unless_within, with_flags},
     outputs,
+    program::{self, WriteArgs},
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     side_files::{self, file_name, hash_of, open_workpiece},
@@ -90,10 +91,13 @@ pub(crate) struct MillArgs {
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
     pixels: u32,
 
-    /// Write the block as it is in the end (.stl, .obj, .glb), or the pictures of all steps (.png).
-    /// May be given several times
+    /// Write the block as it is in the end (.stl, .obj, .glb), the pictures of all steps (.png), or
+    /// the program of the pass (.ngc, .nc, .tap, .gcode, .cnc). May be given several times
     #[arg(short, long, value_name = "FILE")]
     output: Vec<PathBuf>,
+
+    #[command(flatten)]
+    write: WriteArgs,
 
     /// Write a report on the work, a page of HTML
     #[arg(long, value_name = "FILE")]
@@ -105,8 +109,10 @@ pub(crate) struct MillArgs {
 }
 
 pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
+    let (programs, others): (Vec<PathBuf>, Vec<PathBuf>) =
+        args.output.iter().cloned().partition(|output| program::is_program(output));
     let (pictures, blocks): (Vec<&PathBuf>, Vec<&PathBuf>) =
-        args.output.iter().partition(|output| has_extension(output, "png"));
+        others.iter().partition(|output| has_extension(output, "png"));
     if args.placing.as_placed && !blocks.is_empty() {
         return Err(Failure::Usage(
             "--as-placed judges a block as it stands in its file; one is written where its bench has it, without that flag"
@@ -158,6 +164,9 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     if !blocks.is_empty() {
         write_blocks(args, &piece, &study, &blocks)?;
     }
+    let side = args.bench.clone().unwrap_or_else(|| side_files::path_beside(&args.block));
+    let plan = args.write.plan(pass, args.feed);
+    let programs = program::write(&programs, &piece, &plan, (&side, polish), &progress)?;
     if let Some(path) = &report {
         let name = args.block.display().to_string();
         let record = file_record(&args.block, None)?;
@@ -176,6 +185,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         minutes: study.cost.minutes(args.feed.mm_per_minute),
         steps: study.steps.iter().map(MillStep::document).collect(),
         files: document::texts(&args.output),
+        programs,
     }));
     unless_within(args.max_error, study.last().view.metrics.rel_rms, "the", " in the end")
 }

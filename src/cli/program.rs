@@ -4,6 +4,7 @@
 use super::{
     check::exposure,
     console::{self, say},
+    design::stem,
     machine::{IrradianceFile, has_extension, read_mesh},
     outcome::unless_within,
     outputs,
@@ -12,14 +13,16 @@ use super::{
     verify::FileArgs,
 };
 use crate::{
+    export::write_atomically,
+    fabricate::{CHORD_MM, Cutter, Direction, Machining, Pass, Pattern, Post, Roughing, Sense},
     failure::Failure,
     record::{SideFile, document},
     report::{self, pages::maps},
-    spec::{Feed, Length, NumberedTool, StockSize, Travel, UnitsName, ZeroPlace},
+    spec::{Feed, Length, NumberedTool, SmallLength, StockSize, Travel, UnitsName, ZeroPlace},
     study::{
         mill::MillStep,
         placement::Placing,
-        program::{ProgramQuestion, ProgramStudy, Zero},
+        program::{ProgramPlan, ProgramQuestion, ProgramStudy, WrittenProgram, Zero},
         verdict::Verdict,
         workpiece::Workpiece,
     },
@@ -32,7 +35,7 @@ use glasswarp_verify::{
 };
 use std::{
     fs::File,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -84,6 +87,133 @@ pub(crate) struct ProgramArgs {
     /// face lies off the design
     #[arg(long, help_heading = HEADING)]
     pictures: bool,
+}
+
+const WRITING: &str = "Writing a program (.ngc, .nc, .tap, .gcode, .cnc)";
+
+/// How a program is written.
+#[derive(clap::Args)]
+pub(crate) struct WriteArgs {
+    /// How the way lies on the face: rows, spiral (from the middle outwards) or contour-parallel
+    #[arg(long, value_name = "PATTERN", default_value_t, hide_short_help = true, help_heading = WRITING)]
+    pattern: Pattern,
+
+    /// Cut all rows in the sense in which the cutter climbs, instead of to and fro
+    #[arg(long, hide_short_help = true, help_heading = WRITING)]
+    climb: bool,
+
+    /// Rough in levels before, with this cutter
+    #[arg(long, value_name = "CUTTER", hide_short_help = true, help_heading = WRITING)]
+    rough: Option<Cutter>,
+
+    /// From level to level of roughing [default: a quarter of its cutter's diameter]
+    #[arg(long, value_name = "LENGTH", requires = "rough", hide_short_help = true, help_heading = WRITING)]
+    step_down: Option<Length>,
+
+    /// What roughing leaves, along the normal
+    #[arg(long, value_name = "LENGTH", default_value = "0.3mm", hide_short_help = true, help_heading = WRITING)]
+    rough_allowance: Length,
+
+    /// The control: linuxcnc, grbl, mach, fanuc or haas
+    #[arg(long, value_name = "NAME", default_value_t, hide_short_help = true, help_heading = WRITING)]
+    post: Post,
+
+    /// Speed of the spindle, per minute
+    #[arg(long, value_name = "SPEED", default_value_t = 18_000.0, allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    spindle: f64,
+
+    /// How far above the stock the tip goes between cuts
+    #[arg(long, value_name = "LENGTH", default_value = "5mm", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    safe_height: Length,
+
+    /// How far strokes may lie off the face, in um [default: 0.01]
+    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    chord_error: Option<SmallLength>,
+
+    /// Write rows along x or y as arcs: a third of the words, for controls that look ahead little
+    #[arg(long, hide_short_help = true, help_heading = WRITING)]
+    arcs: bool,
+}
+
+/// Part of its cutter's diameter from row to row of roughing, and from level to level.
+const ROUGH_STEP_OVER: f64 = 0.4;
+const ROUGH_STEP_DOWN: f64 = 0.25;
+
+impl WriteArgs {
+    /// What a program of this pass shall be like.
+    pub(super) fn plan(&self, pass: Pass, feed: Feed) -> ProgramPlan {
+        let roughing = self.rough.map(|cutter| Roughing {
+            cutter,
+            step_over_mm: 2.0 * ROUGH_STEP_OVER * cutter.radius_mm(),
+            step_down_mm: self.step_down.map_or(2.0 * ROUGH_STEP_DOWN * cutter.radius_mm(), |step| step.mm),
+            allowance_mm: self.rough_allowance.mm,
+        });
+        let machining = Machining {
+            feed_mm_per_min: feed.mm_per_minute,
+            spindle_per_min: self.spindle,
+            safe_mm: self.safe_height.mm,
+            chord_mm: self.chord_error.map_or(CHORD_MM, |error| 1e-3 * error.um),
+            arcs: self.arcs,
+            post: self.post,
+        };
+        let sense = if self.climb { Sense::Climb } else { Sense::BothWays };
+        ProgramPlan { pass, pattern: self.pattern, sense, roughing, machining }
+    }
+}
+
+/// The pass of a program that is written of a design.
+#[derive(clap::Args)]
+pub(crate) struct PassArgs {
+    /// The finishing cutter: ball:d6mm (its diameter) or ball:r3mm, flat:d12mm, bull:d12mm,r1mm
+    #[arg(long, value_name = "CUTTER", default_value = "ball:d6mm", hide_short_help = true, help_heading = WRITING)]
+    cutter: Cutter,
+
+    /// From row to row
+    #[arg(long, value_name = "LENGTH", default_value = "0.1mm", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    step_over: Length,
+
+    /// Direction of the rows: x, y or an angle such as 45deg
+    #[arg(long, value_name = "DIRECTION", default_value = "x", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    direction: Direction,
+
+    /// Feed of the cutter
+    #[arg(long, value_name = "FEED", default_value = "2000mm/min", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
+    feed: Feed,
+
+    #[command(flatten)]
+    write: WriteArgs,
+}
+
+impl PassArgs {
+    pub(super) fn plan(&self) -> ProgramPlan {
+        let (cutter, direction) = (self.cutter, self.direction);
+        let pass = Pass { direction, ..Pass::finishing(cutter, self.step_over.mm) };
+        self.write.plan(pass, self.feed)
+    }
+}
+
+/// Writes programs of a block, each read back first, and tells what it draws. `side` is the side file
+/// that goes with them.
+pub(super) fn write(
+    outputs: &[PathBuf],
+    piece: &Workpiece,
+    plan: &ProgramPlan,
+    (side, polish): (&Path, Option<Polish>),
+    progress: &TerminalProgress,
+) -> Result<Vec<document::Program>, Failure> {
+    let mut documents = Vec::new();
+    for output in outputs {
+        let name = output.display().to_string();
+        let written = WrittenProgram::of(piece, plan, (&stem(output), &hash_of(side)?), polish, progress);
+        progress.finish();
+        let WrittenProgram { text, study } = written?;
+        write_atomically(output, |out| out.write_all(&text)).map_err(Failure::writing)?;
+        say!("");
+        print(output, &study, f64::INFINITY);
+        study.diagnoses.iter().for_each(console::warn);
+        documents.push(study.document(&name, vec![name.clone()]));
+    }
+    Ok(documents)
 }
 
 /// Corners of a program that does not say how they are treated are cut by so much at most, mm: what
@@ -171,7 +301,7 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
         verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it");
         console::verdict(&verdict);
     }
-    print(program, &study, &question);
+    print(program, &study, question.dynamics.acceleration);
     study.diagnoses.iter().for_each(console::warn);
     if let Some(path) = &sheet {
         report::write_png(path, &maps::program(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
@@ -220,7 +350,7 @@ fn block_of(program: &Path, args: &FileArgs, side: &SideFile) -> Result<PathBuf,
     })
 }
 
-fn print(program: &Path, study: &ProgramStudy, question: &ProgramQuestion) {
+fn print(program: &Path, study: &ProgramStudy, acceleration: f64) {
     let survey = &study.survey;
     let tools: Vec<String> = study
         .tools
@@ -229,7 +359,6 @@ fn print(program: &Path, study: &ProgramStudy, question: &ProgramQuestion) {
         .collect();
     say!("{}: {} moves, cut with {}", program.display(), survey.moves, tools.join("; "));
     say!("  way            {:.1} m fed, {:.1} m of rapids", 1e-3 * survey.feed_mm, 1e-3 * survey.rapid_mm);
-    let acceleration = question.dynamics.acceleration;
     let how = if acceleration.is_finite() {
         format!("with {acceleration} mm/s2; corners {}", study.corners_in_words(CORNER_MM))
     } else {

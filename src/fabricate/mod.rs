@@ -6,7 +6,7 @@
 //! how deep the cutter may go at a place without touching glass that shall stay; [`Rows`] moves it
 //! along parallel rows; [`Rows::milled`] is what is left when every row has been cut. Feed and
 //! spindle do not matter for that: runout, deflection and chatter are not modelled.
-//! [`Rows::write_program`] is the same way for a machine.
+//! [`Program::write`] is the same way for a machine.
 //!
 //! Beside [`surface`](crate::surface) and [`grid`](crate::grid) nothing of the solvers is known
 //! here.
@@ -23,7 +23,7 @@ mod walls;
 pub use cutter::{Cutter, CutterError, CutterShape};
 pub use drop::{Contact, DropCutter, tool_offset};
 pub use envelope::{Milled, SAMPLES_PER_ROW};
-pub use program::{Machining, MachiningError};
+pub use program::{CHORD_MM, Machining, MachiningError, Pattern, Place, Post, Program, Roughing, Sense};
 pub use rows::{Direction, Pass, PassError, Rows, RowsCost};
 pub use scallop::Scallop;
 pub use shape::{FaceShape, Hollow};

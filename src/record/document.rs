@@ -91,6 +91,8 @@ records! {
         imperfect: Option<Imperfect>,
         /// The most memory that the run was expected to take, bytes.
         expected_memory: u64,
+        /// Programs written, each read back and run over the block.
+        programs: Vec<Program>,
     }
     /// A test coupon.
     Coupon {
@@ -513,6 +515,8 @@ records! {
         steps: Vec<MillStep>,
         /// Files written.
         files: Vec<String>,
+        /// Programs written, each read back and run over the block.
+        programs: Vec<Program>,
     }
     /// The picture after a step of the work.
     MillStep {

@@ -8,7 +8,7 @@ use super::{
 use crate::{
     bench::ExitFace,
     export,
-    fabricate::FaceShape,
+    fabricate::{FaceShape, Machining, Pass, Pattern, Place, Program, Sense},
     failure::Failure,
     solid::{Shape, Solid},
     surface::HeightField,
@@ -75,6 +75,32 @@ impl Coupon {
     /// The exit face.
     pub fn surface(&self) -> &HeightField {
         self.solid.surface()
+    }
+
+    /// The program of its finishing pass.
+    pub fn program(&self, pass: Pass, machining: Machining) -> Program<'_> {
+        let place = Place {
+            top_mm: Solid::highest_mm(self.surface()),
+            floor_mm: self.solid.entry_z_mm(),
+            rim_mm: None,
+            origin_mm: self.solid.origin_mm(),
+        };
+        let (pattern, sense, roughing) = (Pattern::Rows, Sense::BothWays, None);
+        Program { surface: self.surface(), pass, pattern, sense, roughing, machining, place }
+    }
+
+    /// What the program says of it first.
+    pub fn about(&self) -> Vec<String> {
+        let (stock, solid) = (self.solid.stock_extent(), &self.solid);
+        vec![
+            format!("glasswarp {} test coupon, {}", env!("CARGO_PKG_VERSION"), solid.frame_line()),
+            format!(
+                "stock {} x {} x {} mm, clamped by its walls below the face",
+                stock.width_mm,
+                stock.height_mm,
+                solid.thickness_mm()
+            ),
+        ]
     }
 
     /// From the mean plane of the exit face to the sheet, mm: the plan counts from the flat face.

@@ -5,9 +5,11 @@ mod deviation;
 mod diagnosis;
 mod faults;
 mod sweep;
+mod write;
 
 pub use deviation::Deviation;
 pub use faults::{FaultKind, ProgramFaults, ProgramWarning};
+pub use write::{ProgramPlan, WrittenProgram};
 
 use super::{
     mill::{MillStep, polished},
@@ -32,7 +34,7 @@ use std::{collections::BTreeMap, io, io::BufRead};
 use sweep::{Sweep, plan_of};
 
 /// Opens the program from its beginning; it is read more than once, and never held as a whole.
-pub type Source<'a> = &'a dyn Fn() -> io::Result<Box<dyn BufRead>>;
+pub type Source<'a> = &'a dyn Fn() -> io::Result<Box<dyn BufRead + 'a>>;
 
 /// Where the program's zero is, if not where the side file has it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,0 +1,96 @@
+//! Writing a program for a block, and reading it back before anybody may run it.
+
+use super::{FaultKind, ProgramQuestion, ProgramStudy};
+use crate::{
+    fabricate::{Machining, Pass, Pattern, Place, Program, Roughing, Sense},
+    failure::Failure,
+    solver::Progress,
+    study::workpiece::Workpiece,
+    surface::Polish,
+};
+use glasswarp_verify::program::Dynamics;
+use std::io::{BufRead, Cursor};
+
+/// What a program shall be like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProgramPlan {
+    /// The finishing pass.
+    pub pass: Pass,
+    /// How its way lies on the face.
+    pub pattern: Pattern,
+    /// In which sense rows are cut.
+    pub sense: Sense,
+    /// What goes before it.
+    pub roughing: Option<Roughing>,
+    /// How the machine goes.
+    pub machining: Machining,
+}
+
+/// A program that has been read back.
+pub struct WrittenProgram {
+    /// The text.
+    pub text: Vec<u8>,
+    /// What it draws.
+    pub study: ProgramStudy,
+}
+
+/// Roughing and finishing are read back without acceleration, at this speed of rapids, mm per minute.
+const RAPID_FEED: f64 = 5000.0;
+
+impl WrittenProgram {
+    /// Writes a program for a block and reads it back as any other file. `side_sha256` is that of the
+    /// side file that it goes with.
+    ///
+    /// # Errors
+    /// A pass that does not fit; a program that would harm something, which then nobody gets.
+    pub fn of(
+        piece: &Workpiece,
+        plan: &ProgramPlan,
+        (title, side_sha256): (&str, &str),
+        polish: Option<Polish>,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        let question = ProgramQuestion {
+            tools: Vec::new(),
+            units: None,
+            zero: None,
+            stock_mm: (None, None),
+            travel_mm: None,
+            dynamics: Dynamics { acceleration: f64::INFINITY, rapid_feed: RAPID_FEED, corner_mm: 0.0 },
+            polish,
+        };
+        let setup = super::setup_of(piece, &question)?;
+        let ProgramPlan { pass, pattern, sense, roughing, machining } = *plan;
+        let place = Place {
+            top_mm: setup.stock_mm.1.z,
+            floor_mm: setup.stock_mm.0.z,
+            rim_mm: piece.block.rim_z_mm(),
+            origin_mm: setup.zero_mm,
+        };
+        let surface = &piece.surface;
+        let program = Program { surface, pass, pattern, sense, roughing, machining, place };
+        let size = setup.stock_mm.1 - setup.stock_mm.0;
+        let [x, y, z] = setup.zero_mm.to_array().map(|v| v + 0.0);
+        let header = [
+            format!("glasswarp {}: {title}", env!("CARGO_PKG_VERSION")),
+            format!("stock {:.3} x {:.3} x {:.3} mm", size.x, size.y, size.z),
+            format!("zero at {x:.4}, {y:.4}, {z:.4} mm of the bench's frame; z up, the flat face below"),
+            format!("side file sha256 {side_sha256}"),
+        ];
+        let mut text = Vec::new();
+        program.write(&mut text, title, &header).map_err(Failure::refused)?;
+        let open = || Ok(Box::new(Cursor::new(&text[..])) as Box<dyn BufRead>);
+        let study = ProgramStudy::of(&open, title, piece, &question, progress)?;
+        // A finishing pass on stock that nobody has roughed goes as deep as it must.
+        let harms = |kind: FaultKind| kind != FaultKind::Plunge || plan.roughing.is_some();
+        let faults: Vec<String> =
+            study.faults.list.iter().filter(|fault| harms(fault.kind)).map(|fault| fault.in_words()).collect();
+        if !faults.is_empty() {
+            return Err(Failure::BelowThreshold(format!(
+                "the program would do harm, and was not written: {}",
+                faults.join("; ")
+            )));
+        }
+        Ok(Self { text, study })
+    }
+}
