@@ -27,8 +27,10 @@ use glasswarp::{
 };
 use glasswarp_verify::{
     Block, BlockError, Mesh, PhotonPlan, PhotonTally, PlacedBlock, Scene, Surface, Tracer, Window, beams,
+    cut::{Plan, Sheet, Strokes},
     load::{self, Format},
     photons,
+    program::{Dynamics, Move, ProgramFault, Run, SurveyLimits, Tool, run, survey},
     reference::{ReadOptions, Reference},
 };
 use std::{
@@ -492,4 +494,55 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
     let tall = image.replacen(&format!("height=\"{height}\""), "height=\"4294967295\"", 1);
     refused(drawing.replace(image, &tall).as_bytes(), ["4294967295", "too small for where it stands"]);
     refused(drawing.replace(" x=\"", " x=\"-1e30").as_bytes(), ["whose x is", "too small for where it stands"]);
+}
+
+/// What of a program is cut, on a small sheet.
+struct Cutting {
+    sheet: Sheet,
+    strokes: Strokes,
+}
+
+impl Run for Cutting {
+    fn moved(&mut self, made: &Move) -> Result<(), ProgramFault> {
+        let (low, high) = (self.sheet.plan().lower, self.sheet.plan().upper);
+        if made.feeds() && self.strokes.comes_near(made, 0, (low, high), 0.0) {
+            self.strokes.add(made, 0);
+        }
+        if self.strokes.len() > 4096 {
+            self.sheet.cut(&self.strokes);
+            self.strokes.clear();
+        }
+        Ok(())
+    }
+}
+
+fn read_program(bytes: &[u8]) -> Read {
+    let (low, high) = (DVec2::splat(-10.0), DVec2::splat(10.0));
+    let limits = SurveyLimits { face: (low, high), top_mm: 0.0 };
+    let dynamics = Dynamics { acceleration: 500.0, rapid_feed: 5000.0, corner_mm: 0.01 };
+    let Ok(found) = survey(bytes, None, limits, dynamics) else { return Read::Refused };
+    assert!(!found.seconds.is_nan() && found.seconds >= 0.0 && found.feed_mm >= 0.0);
+    let plan = Plan { lower: low, upper: high, nodes: (40, 40) };
+    let strokes = Strokes::of(&[Tool::ball(1.5)]).within(low, high);
+    let mut cutting = Cutting { sheet: Sheet::level(plan, 0.0).unwrap(), strokes };
+    run(bytes, None, &mut cutting).unwrap();
+    cutting.sheet.cut(&cutting.strokes);
+    assert!(cutting.sheet.into_cut().heights.iter().all(|height| *height <= 0.0));
+    Read::Taken
+}
+
+const PROGRAMS: [&str; 4] = [
+    "%\nO0001 (T1 D=6. CR=3. - BALL)\nN10 G21 G90 G94 G17 G40 G49 G80 G54\nT1 M6\nS18000 M3\nG0 G43 H1 Z5.\nG0 X-10. Y-10.\n\
+     G1 Z-1. F500.\nX10.25 Z-1.125\nY-9.5\nX-10. Z-0.875\nG2 X0. Y0. I5. J4.75\nG3 X5. Y5. R6.\nG0 Z5.\nG53 G0 Z0.\nM30\n%\n",
+    "G20 G91.1\nG0 Z.2 ; up\nX0 Y0\nG18 G2 X.3 Z.2 I.15 K0 F20\nG19 G3 Y.2 Z.1 R.3\nG17 G61 G3 I.1 J.1\nG92 X0\nG1 X.5\nG92.1\nG28 Z1\nM2\n",
+    "(tool: vee:60deg,d6mm)\ng21 g91\ng92 x0 y0 z0\ng0 z1\ng93 g1 x3 z-2 f2\ny1 f3\ng94 f100\ng64 p0.01\nx-3\ng4 p1\nm5\n",
+    "G21\nG52 X1\nG0 X0 Y0 Z0\nG90.1 G2 X4 Y0 I2 J0 F100\nG1 Z-3\nX-4\nM2\n",
+];
+
+#[test]
+fn programs() {
+    let corpus = PROGRAMS.map(|program| program.as_bytes().to_vec()).to_vec();
+    // Moves are never kept: the sheet, a batch, and the tables of the survey.
+    let memory: fn(usize) -> usize = |length| (16 << 20) + 400 * length;
+    Target { name: "program of a machine", corpus, mend: None, memory }.run(cases(20_000), read_program);
 }

@@ -122,6 +122,8 @@ const VERIFY_LAYERS: &[(&str, &[&str])] = &[
     ("trace", &["block", "mesh", "random", "scene", "spline"]),
     ("estimate", &["block", "image", "image_file", "random", "scene", "trace"]),
     ("crosscheck", &["block", "estimate", "image", "mesh", "scene", "trace"]),
+    ("program", &[]),
+    ("cut", &["program"]),
 ];
 
 #[test]

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     export::{self, Format, write_atomically},
-    fabricate::{CHORD_MM, Cutter, Direction, Machining, Pass, Post},
+    fabricate::{Cutter, Direction, Machining, Pass, Post},
     failure::Failure,
     record::document,
     report::pages::{common::mm, coupon::CouponPage},
@@ -91,6 +91,9 @@ pub(crate) struct CouponArgs {
     #[arg(long, value_name = "LENGTH", default_value = "5mm", allow_hyphen_values = true)]
     safe_height: Length,
 }
+
+/// How far strokes lie off the face at most, mm: its lenses are coarse, and it is read by eye.
+const CHORD_MM: f64 = 1e-5;
 
 pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     let (files, page) = files(args)?;

@@ -126,7 +126,7 @@ pub(crate) struct WriteArgs {
     #[arg(long, value_name = "LENGTH", default_value = "5mm", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
     safe_height: Length,
 
-    /// How far strokes may lie off the face, in um [default: 0.01]
+    /// How far strokes may lie off the face, in um [default: 0.001]
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, hide_short_help = true, help_heading = WRITING)]
     chord_error: Option<SmallLength>,
 
@@ -302,6 +302,7 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
         console::verdict(&verdict);
     }
     print(program, &study, question.dynamics.acceleration);
+    study.faults.list.iter().for_each(|fault| console::warn(fault.in_words()));
     study.diagnoses.iter().for_each(console::warn);
     if let Some(path) = &sheet {
         report::write_png(path, &maps::program(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
@@ -317,12 +318,12 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
     let files: Vec<PathBuf> = args.output.iter().cloned().chain(sheet).collect();
     let document = study.document(&program.display().to_string(), document::texts(&files));
     console::result(document::Result::Program(Box::new(document)));
-    if !study.faults.is_empty() {
-        let said: Vec<String> = study.faults.list.iter().map(|fault| fault.in_words()).collect();
+    let harm: Vec<String> = study.faults.harmful().map(|fault| fault.in_words()).collect();
+    if !harm.is_empty() {
         return Err(Failure::BelowThreshold(format!(
             "{} must not be run like this: {}",
             program.display(),
-            said.join("; ")
+            harm.join("; ")
         )));
     }
     match study.last() {

@@ -148,6 +148,46 @@ impl Rows<'_> {
     }
 }
 
+impl Rows<'_> {
+    /// The way of the tip at a place in a row: cubic between positions. `None` beside the block.
+    #[inline]
+    pub(super) fn tip(&self, row: usize, u: f64) -> Option<Tip> {
+        let rows = self;
+        let position = (u - rows.first.x) / rows.spacing_mm;
+        let i = (position.max(0.0) as usize).min(rows.positions - 2);
+        let (t, h) = (position - i as f64, rows.spacing_mm);
+        let begin = row * rows.positions + i;
+        let ([a, p], [b, q]) = (rows.tips[begin], rows.tips[begin + 1]);
+        // The way ends at positions, which are part of it.
+        match (a.is_finite(), b.is_finite()) {
+            (true, true) => {}
+            (true, false) if t < AT_POSITION => return Some(Tip { height: a, slope: p, bend: 0.0 }),
+            (false, true) if t > 1.0 - AT_POSITION => return Some(Tip { height: b, slope: q, bend: 0.0 }),
+            _ => return None,
+        }
+        let (p, q) = (p * h, q * h);
+        let (c, d) = (3.0 * (b - a) - 2.0 * p - q, 2.0 * (a - b) + p + q);
+        let height = a + t * (p + t * (c + t * d));
+        // Where the contact jumps the way has a kink, which a cubic would cut below its tangents.
+        if q > p {
+            let (mut above, mut slope) =
+                if a + p * t > b - q * (1.0 - t) { (a + p * t, p / h) } else { (b - q * (1.0 - t), q / h) };
+            let kinks = &rows.kinks[row];
+            if let (false, Ok(k)) = (kinks.is_empty(), kinks.binary_search_by_key(&i, |kink| kink.position)) {
+                let [z, rise] = kinks[k].tip;
+                let held_up = z + rise * h * (t - kinks[k].at);
+                if held_up > above {
+                    (above, slope) = (held_up, rise);
+                }
+            }
+            if above > height {
+                return Some(Tip { height: above, slope, bend: 0.0 });
+            }
+        }
+        Some(Tip { height, slope: (p + t * (2.0 * c + 3.0 * d * t)) / h, bend: (2.0 * c + 6.0 * d * t) / (h * h) })
+    }
+}
+
 struct Sweep<'a> {
     rows: &'a Rows<'a>,
     least: Vec<f64>,
@@ -155,10 +195,10 @@ struct Sweep<'a> {
 }
 
 /// Tip height, slope and second derivative along a row.
-struct Tip {
-    height: f64,
-    slope: f64,
-    bend: f64,
+pub(super) struct Tip {
+    pub(super) height: f64,
+    pub(super) slope: f64,
+    pub(super) bend: f64,
 }
 
 /// What is left at a place: by the cutter in which row, and where in it.
@@ -197,7 +237,7 @@ impl Sweep<'_> {
     fn try_at(&self, at: DVec2, row: usize, u: f64) -> Cut {
         let aside = self.aside(at, row);
         let profile = self.rows.pass.cutter.profile_mm(DVec2::new(u - at.x, aside).length());
-        let tip = if profile.is_finite() { self.tip(row, u) } else { None };
+        let tip = if profile.is_finite() { self.rows.tip(row, u) } else { None };
         Cut { height: tip.map_or(f64::INFINITY, |tip| tip.height + profile), row, u }
     }
 
@@ -254,7 +294,7 @@ impl Sweep<'_> {
         let mut best = Cut { height: f64::INFINITY, row, u };
         let mut last = f64::INFINITY;
         for _ in 0..STEPS {
-            let Some(tip) = self.tip(row, u) else { break };
+            let Some(tip) = self.rows.tip(row, u) else { break };
             let from = u - at.x;
             let depth = (square - from * from).sqrt();
             let height = tip.height + radius - depth;
@@ -281,44 +321,6 @@ impl Sweep<'_> {
             }
         }
         best
-    }
-
-    /// The way of the tip at a place in a row: cubic between positions. `None` beside the block.
-    #[inline]
-    fn tip(&self, row: usize, u: f64) -> Option<Tip> {
-        let rows = self.rows;
-        let position = (u - rows.first.x) / rows.spacing_mm;
-        let i = (position.max(0.0) as usize).min(rows.positions - 2);
-        let (t, h) = (position - i as f64, rows.spacing_mm);
-        let begin = row * rows.positions + i;
-        let ([a, p], [b, q]) = (rows.tips[begin], rows.tips[begin + 1]);
-        // The way ends at positions, which are part of it.
-        match (a.is_finite(), b.is_finite()) {
-            (true, true) => {}
-            (true, false) if t < AT_POSITION => return Some(Tip { height: a, slope: p, bend: 0.0 }),
-            (false, true) if t > 1.0 - AT_POSITION => return Some(Tip { height: b, slope: q, bend: 0.0 }),
-            _ => return None,
-        }
-        let (p, q) = (p * h, q * h);
-        let (c, d) = (3.0 * (b - a) - 2.0 * p - q, 2.0 * (a - b) + p + q);
-        let height = a + t * (p + t * (c + t * d));
-        // Where the contact jumps the way has a kink, which a cubic would cut below its tangents.
-        if q > p {
-            let (mut above, mut slope) =
-                if a + p * t > b - q * (1.0 - t) { (a + p * t, p / h) } else { (b - q * (1.0 - t), q / h) };
-            let kinks = &rows.kinks[row];
-            if let (false, Ok(k)) = (kinks.is_empty(), kinks.binary_search_by_key(&i, |kink| kink.position)) {
-                let [z, rise] = kinks[k].tip;
-                let held_up = z + rise * h * (t - kinks[k].at);
-                if held_up > above {
-                    (above, slope) = (held_up, rise);
-                }
-            }
-            if above > height {
-                return Some(Tip { height: above, slope, bend: 0.0 });
-            }
-        }
-        Some(Tip { height, slope: (p + t * (2.0 * c + 3.0 * d * t)) / h, bend: (2.0 * c + 6.0 * d * t) / (h * h) })
     }
 
     /// The least that any cutter leaves at `at`: all positions within its reach. `best` is what is

@@ -127,6 +127,13 @@ fn arc_through(way: &[DVec3], off: f64, plane: Upright) -> Option<Stroke> {
     if !(radius <= WIDEST_MM) || radius < 1e-3 {
         return None;
     }
+    let aside = |p: &DVec3| match plane {
+        Upright::X => p.y,
+        Upright::Y => p.x,
+    };
+    if way.iter().any(|p| (aside(p) - aside(&begin)).abs() > 1e-9) {
+        return None;
+    }
     // Less than a half turn, upright to the end.
     let forward = (c.x - a.x).signum();
     let fits = way[1..way.len() - 1].iter().zip(way).all(|(p, before)| {

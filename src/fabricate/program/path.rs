@@ -114,13 +114,13 @@ pub(super) fn finishing(
     pass: Pass,
     pattern: Pattern,
     sense: Sense,
-    guard: &Guard,
+    (guard, off_mm): (&Guard, f64),
 ) -> Result<Vec<Way>, PassError> {
     // Beyond an outline that is no rectangle the face goes straight on.
     let sheet = (!surface.contour().is_rectangle()).then(|| surface.sheet());
     let face = sheet.as_ref().unwrap_or(surface);
     let mut ways = match pattern {
-        Pattern::Rows => rows(face, pass, sense, guard)?,
+        Pattern::Rows => rows(face, pass, sense, (guard, off_mm))?,
         Pattern::Spiral | Pattern::ContourParallel => {
             pass.check(surface.extent())?;
             let plans = if pattern == Pattern::Spiral { spiral(surface, &pass) } else { contours(surface, &pass) };
@@ -129,26 +129,32 @@ pub(super) fn finishing(
     };
     let drop = DropCutter::new(face, pass.cutter);
     lead(&mut ways, &drop, guard);
+    link(&mut ways, pass.cutter.radius_mm());
     Ok(ways)
 }
 
 /// Rows to and fro, or all in the sense in which the cutter climbs.
-fn rows(face: &HeightField, pass: Pass, sense: Sense, guard: &Guard) -> Result<Vec<Way>, PassError> {
+fn rows(
+    face: &HeightField,
+    pass: Pass,
+    sense: Sense,
+    (guard, off_mm): (&Guard, f64),
+) -> Result<Vec<Way>, PassError> {
     let rows = Rows::along(face, pass)?;
     let upright = match (rows.along.x == 0.0, rows.along.y == 0.0) {
         (false, true) => Some(Upright::X),
         (true, false) => Some(Upright::Y),
         _ => None,
     };
-    let mut ways: Vec<Way> = Vec::new();
-    for row in 0..rows.count {
-        let mut places: Vec<DVec3> = row_places(&rows, row)
+    let along_row = |row: usize| -> Vec<DVec3> {
+        row_places(&rows, row, off_mm)
             .filter(|p| guard.reaches(p.truncate()))
             .map(|p| p.with_z(p.z.max(guard.floor(p.truncate()))))
-            .collect();
-        if places.len() < 2 {
-            continue;
-        }
+            .collect()
+    };
+    let mut ways: Vec<Way> = Vec::new();
+    let all: Vec<Vec<DVec3>> = (0..rows.count).into_par_iter().map(along_row).collect();
+    for mut places in all.into_iter().filter(|places| places.len() >= 2) {
         // Later rows lie on the left of the direction.
         if sense == Sense::Climb || ways.len() % 2 == 1 {
             places.reverse();
@@ -162,19 +168,44 @@ fn rows(face: &HeightField, pass: Pass, sense: Sense, guard: &Guard) -> Result<V
     Ok(ways)
 }
 
-/// Places of the tip along a row.
-fn row_places<'a>(rows: &'a Rows<'_>, row: usize) -> impl Iterator<Item = DVec3> + 'a {
-    let tips = &rows.tips[row * rows.positions..(row + 1) * rows.positions];
-    let kinks = rows.kinks[row].iter().map(|kink| (kink.position as f64 + kink.at, kink.tip[0]));
-    let positions = tips.iter().enumerate().map(|(i, tip)| (i as f64, tip[0]));
-    let mut places: Vec<(f64, f64)> = positions.chain(kinks).filter(|(_, height)| height.is_finite()).collect();
-    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+/// Places of the tip along a row, so near to each other that straight lines between them are no
+/// further off the way than a part of `off`, mm: between the positions of a row it is cubic.
+fn row_places<'a>(rows: &'a Rows<'_>, row: usize, off: f64) -> impl Iterator<Item = DVec3> + 'a {
+    let (h, positions) = (rows.spacing_mm, rows.positions);
     let aside = rows.first.y + row as f64 * rows.pass.step_over_mm;
-    places.into_iter().map(move |(i, z)| {
-        let along = rows.first.x + i * rows.spacing_mm;
-        (along * rows.along + aside * rows.across).extend(z)
+    let place = move |u: f64, z: f64| (u * rows.along + aside * rows.across).extend(z);
+    let at = move |position: f64| rows.first.x + position * h;
+    let kinks = &rows.kinks[row];
+    (0..positions).flat_map(move |i| {
+        let known = |i: usize| i < positions && rows.tips[row * positions + i][0].is_finite();
+        let mut parts = Vec::new();
+        if known(i) {
+            parts.push(0.0);
+        }
+        if known(i) && known(i + 1) {
+            let bend = |part: f64| rows.tip(row, at(i as f64 + part)).map_or(0.0, |tip| tip.bend.abs());
+            let most = bend(0.25).max(bend(0.75));
+            let pieces = (h * (most / (8.0 * PART_OF_BOUND * off)).sqrt()).ceil().clamp(1.0, 64.0) as usize;
+            parts.extend((1..pieces).map(|k| k as f64 / pieces as f64));
+            // Where the contact jumps, both ways meet.
+            if let Ok(k) = kinks.binary_search_by_key(&i, |kink| kink.position) {
+                parts.push(kinks[k].at);
+                parts.sort_by(f64::total_cmp);
+            }
+        }
+        parts.into_iter().filter_map(move |part| {
+            let z = if part == 0.0 {
+                rows.tips[row * positions + i][0]
+            } else {
+                rows.tip(row, at(i as f64 + part))?.height
+            };
+            Some(place(at(i as f64 + part), z))
+        })
     })
 }
+
+/// Part of a bound that places of a row may take: the rest is for strokes between them.
+const PART_OF_BOUND: f64 = 0.5;
 
 /// A spiral whose turns lie a step-over apart, out to the furthest corner.
 fn spiral(surface: &HeightField, pass: &Pass) -> Vec<Vec<DVec2>> {
@@ -270,6 +301,22 @@ fn dropped(face: &HeightField, pass: &Pass, plans: Vec<Vec<DVec2>>, guard: &Guar
     ways
 }
 
+/// How far above both of its ends a link goes across, in radii: what it crosses may bulge between
+/// them.
+const LINK_UP: f64 = 0.1;
+
+/// Ways that go on from the last one go there above the face.
+fn link(ways: &mut [Way], radius: f64) {
+    for k in 1..ways.len() {
+        let (before, rest) = ways.split_at_mut(k);
+        let (Some(&end), Some(&begin)) = (before[k - 1].places.last(), rest[0].places.first()) else { continue };
+        if rest[0].goes_on {
+            let z = end.z.max(begin.z) + LINK_UP * radius;
+            rest[0].places.splice(0..0, [end.with_z(z), begin.with_z(z)]);
+        }
+    }
+}
+
 /// Joins ways that begin or end by themselves along their tangents, from above.
 fn lead(ways: &mut [Way], drop: &DropCutter<'_>, guard: &Guard) {
     let radius = guard.cutter.radius_mm();
@@ -303,6 +350,8 @@ fn lead(ways: &mut [Way], drop: &DropCutter<'_>, guard: &Guard) {
     }
 }
 
+/// How far roughing may be off its way, mm.
+const ROUGH_MM: f64 = 0.01;
 /// How steeply a roughing cutter goes down along its way.
 const RAMP: f64 = 0.1;
 /// Levels differ from what is left by at least this, mm.
@@ -317,7 +366,7 @@ pub(super) fn roughing(surface: &HeightField, rough: &Roughing, guard: &Guard) -
     let rows = Rows::along(face, pass)?;
     let all: Vec<Vec<DVec3>> = (0..rows.count)
         .map(|row| {
-            row_places(&rows, row)
+            row_places(&rows, row, ROUGH_MM)
                 .filter(|p| guard.reaches(p.truncate()))
                 .map(|p| p.with_z(p.z.max(guard.floor(p.truncate()) + allowance_mm)))
                 .collect()

@@ -34,6 +34,11 @@ impl Post {
         }
     }
 
+    /// Whether it calls a tool even if there is only one.
+    pub(super) const fn calls_tools(self) -> bool {
+        !matches!(self, Self::LinuxCnc | Self::Grbl)
+    }
+
     /// Whether it changes tools.
     pub const fn changes_tools(self) -> bool {
         !matches!(self, Self::Grbl)

@@ -141,7 +141,7 @@ pub(crate) fn program(piece: &Workpiece, study: &ProgramStudy, exposure: Exposur
     let (greatest, at) = off.greatest;
     let map = map_of(&off.map, off.extent, (-most, most), Some(at), MAP_PX);
     let caption = format!(
-        "cut less designed, {FROM_ABOVE}: white {:.3} um, black {most:+.3} um\n(glass is left); the greatest, in the ring: {greatest:+.3} um",
+        "cut less designed, {FROM_ABOVE}:\nwhite {:.3} um, black {most:+.3} um (glass is left)\nthe greatest, in the ring: {greatest:+.3} um",
         -most
     );
     let map = Captioned { caption, picture: map.raster() };

@@ -21,9 +21,9 @@ use std::collections::BTreeMap;
 const INCH: f64 = 25.4;
 /// How near to the ratio of units the size of a program must be.
 const UNIT_TOLERANCE: f64 = 0.25;
-/// Part of the block's width to which straight pieces may throw light to either side, as a
-/// check's scallops and facets may (half a percent).
-const MOST_BLUR: f64 = 0.005;
+/// Pixels of the picture to which straight pieces may throw light to either side: beyond, there are
+/// lines on the wall where they meet.
+const MOST_PIXELS: f64 = 0.5;
 /// Coordinates rounded to no more than this, mm, are not looked into.
 const FINE_MM: f64 = 5e-5;
 /// Light that moves by less than this, relative RMS, is not spoken of.
@@ -39,6 +39,10 @@ const LEAST_RADIUS_MM: f64 = 0.01;
 const SHORT: f64 = 0.02;
 /// Samples of the face along a side.
 const SAMPLES: usize = 160;
+/// Part of a side along a border that is left out.
+const BORDER: f64 = 0.06;
+/// Samples further off than this many times the median are left out.
+const OUTLIER: f64 = 5.0;
 /// Rounds of least squares.
 const ROUNDS: usize = 12;
 
@@ -184,7 +188,9 @@ fn samples(design: &HeightField, cut: &Cut, zero_z: f64) -> Vec<(DVec2, f64)> {
     let (nx, ny) = cut.plan.nodes;
     let (extent, contour) = (design.extent(), design.contour());
     let top = cut.heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let inner = |k: usize, n: usize| ((k as f64 + 1.5) / (SAMPLES as f64 + 2.0) * (n - 1) as f64).round() as usize;
+    // Borders are cut by whatever comes round their edge.
+    let part = |k: usize| BORDER + (1.0 - 2.0 * BORDER) * (k as f64 + 0.5) / SAMPLES as f64;
+    let inner = |k: usize, n: usize| (part(k) * (n - 1) as f64).round() as usize;
     (0..SAMPLES * SAMPLES)
         .filter_map(|k| {
             let (i, j) = (inner(k % SAMPLES, nx), inner(k / SAMPLES, ny));
@@ -227,13 +233,20 @@ fn fit(spline: &SurfaceSpline, samples: &[(DVec2, f64)]) -> Option<Fit> {
         let offs: Vec<f64> = samples.iter().filter_map(|&(at, z)| row(at, z, values).map(|(_, off)| off)).collect();
         (offs.iter().map(|off| off * off).sum::<f64>() / offs.len().max(1) as f64).sqrt()
     };
+    let median = |values: &[f64; 4]| {
+        let mut offs: Vec<f64> =
+            samples.iter().filter_map(|&(at, z)| row(at, z, values).map(|(_, off)| off.abs())).collect();
+        let middle = offs.len() / 2;
+        if offs.is_empty() { 0.0 } else { *offs.select_nth_unstable_by(middle, f64::total_cmp).1 }
+    };
     let before = rms(&values);
     let mut squares = [0.0; 4];
     for _ in 0..ROUNDS {
         let (mut normal, mut right) = ([[0.0; 4]; 4], [0.0; 4]);
         let mut count = 0.0;
+        let most = OUTLIER * median(&values);
         for &(at, height) in samples {
-            let Some((basis, off)) = row(at, height, &values) else { continue };
+            let Some((basis, off)) = row(at, height, &values).filter(|(_, off)| off.abs() <= most) else { continue };
             count += 1.0;
             for a in 0..4 {
                 right[a] += basis[a] * off;
@@ -287,13 +300,15 @@ pub(super) fn of_facets(survey: &Survey, piece: &Workpiece) -> Result<Option<Str
     };
     // A turn of a row by an angle throws the light on both sides of it half as far to either side.
     let along = [DVec2::X, DVec2::Y];
-    let throws_mm = deflection_mm(&piece.block, &piece.scene(), 0.5 * kink, &along)?;
-    let most_mm = MOST_BLUR * piece.block.size_mm().x;
+    let scene = piece.scene();
+    let throws_mm = deflection_mm(&piece.block, &scene, 0.5 * kink, &along)?;
+    let most_mm = MOST_PIXELS * scene.window.size_mm.x / scene.window.nx as f64;
     Ok((throws_mm > most_mm).then(|| {
         format!(
-            "the face is cut in flats of {length:.2} mm, which throw light {throws_mm:.2} mm to either side: the tolerance of the CAM program is about \
+            "the face is cut in flats of {length:.2} mm, which throw light {throws_mm:.2} mm to either side, where a pixel has {:.2} mm: the tolerance of the CAM program is about \
              {chord:.4} mm along the rows; set it, and the distance of the points on its rows, finer (glasswarp's own programs keep to \
-             0.00001 mm)"
+             0.000001 mm)",
+            2.0 * most_mm
         )
     }))
 }

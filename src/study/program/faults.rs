@@ -195,8 +195,9 @@ impl ProgramFaults {
         }
     }
 
-    /// Whether there is nothing to fear.
-    pub fn is_empty(&self) -> bool {
-        self.list.is_empty()
+    /// What no program may do. A plunge may meet stock that another program has roughed, and a spindle
+    /// may be turned on by hand.
+    pub fn harmful(&self) -> impl Iterator<Item = &ProgramWarning> {
+        self.list.iter().filter(|fault| !matches!(fault.kind, FaultKind::Plunge | FaultKind::SpindleStands))
     }
 }

@@ -101,8 +101,9 @@ impl Sweep<'_> {
         let mut sweeper = Sweeper {
             face: (self.plan.lower, self.plan.upper),
             sheet,
-            strokes: Strokes::of(&shapes),
-            stock: watched.then(|| (stock, Strokes::of(&shapes), Vec::new())),
+            strokes: Strokes::of(&shapes).within(self.plan.lower, self.plan.upper),
+            stock: watched
+                .then(|| (stock, Strokes::of(&shapes).within(low.truncate(), high.truncate()), Vec::new())),
             numbers: self.tools.keys().copied().collect(),
             top: high.z,
             rounding,

@@ -81,14 +81,16 @@ impl WrittenProgram {
         program.write(&mut text, title, &header).map_err(Failure::refused)?;
         let open = || Ok(Box::new(Cursor::new(&text[..])) as Box<dyn BufRead>);
         let study = ProgramStudy::of(&open, title, piece, &question, progress)?;
-        // A finishing pass on stock that nobody has roughed goes as deep as it must.
-        let harms = |kind: FaultKind| kind != FaultKind::Plunge || plan.roughing.is_some();
-        let faults: Vec<String> =
-            study.faults.list.iter().filter(|fault| harms(fault.kind)).map(|fault| fault.in_words()).collect();
-        if !faults.is_empty() {
+        let mut harms: Vec<String> = study.faults.harmful().map(|fault| fault.in_words()).collect();
+        // Nothing but this program may have cut the stock before.
+        if plan.roughing.is_some() {
+            let plunges = study.faults.list.iter().filter(|fault| fault.kind == FaultKind::Plunge);
+            harms.extend(plunges.map(|fault| fault.in_words()));
+        }
+        if !harms.is_empty() {
             return Err(Failure::BelowThreshold(format!(
                 "the program would do harm, and was not written: {}",
-                faults.join("; ")
+                harms.join("; ")
             )));
         }
         Ok(Self { text, study })

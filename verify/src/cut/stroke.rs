@@ -54,6 +54,8 @@ pub struct Strokes {
     pub(super) list: Vec<Stroke>,
     pieces: Vec<Piece>,
     profiles: Vec<Profile>,
+    /// Where they are of any concern, mm.
+    region: Option<(DVec2, DVec2)>,
     /// How many moves were told.
     pub(super) moves: u64,
 }
@@ -72,6 +74,13 @@ impl Strokes {
     /// No strokes yet, of these tools.
     pub fn of(tools: &[Tool]) -> Self {
         Self { profiles: tools.iter().map(Profile::of).collect(), ..Self::default() }
+    }
+
+    /// The same, of arcs only the pieces that come within reach of a rectangle, mm: an arc that is
+    /// large beside it takes no more memory than what of it lies there.
+    #[must_use]
+    pub fn within(self, low: DVec2, high: DVec2) -> Self {
+        Self { region: Some((low, high)), ..self }
     }
 
     /// Forgets the strokes and keeps the tools.
@@ -103,14 +112,30 @@ impl Strokes {
             return;
         };
         let longest = PIECE * self.profiles[tool].radius_mm();
-        let count = (arc.length_mm() / longest).max(arc.angle[1].abs() / TURN).ceil().clamp(1.0, 1e6) as usize;
-        for k in 0..count {
-            let (from, to) = (k as f64 / count as f64, (k + 1) as f64 / count as f64);
-            let off = arc.sagitta_mm(to - from);
-            let curve = self.pieces.len() as u32;
-            self.pieces.push(Piece { arc, from, to });
-            self.list.push(Stroke::along(arc.at(from), arc.at(to), (tool as u16, curve, off), order));
+        let count = (arc.length_mm() / longest).max(arc.angle[1].abs() / TURN).ceil().clamp(1.0, 1e15) as u64;
+        self.pieces_of(&arc, (0, count, count), tool, order);
+    }
+
+    /// Adds the pieces of an arc from one number to another, of so many in all.
+    fn pieces_of(&mut self, arc: &Arc, (first, end, count): (u64, u64, u64), tool: usize, order: u64) {
+        let (from, to) = (first as f64 / count as f64, end as f64 / count as f64);
+        let (begin, last, off) = (arc.at(from), arc.at(to), arc.sagitta_mm(to - from));
+        if let Some((low, high)) = self.region {
+            let reach = DVec2::splat(self.profiles[tool].radius_mm() + off);
+            let (a, b) = (begin.truncate(), last.truncate());
+            if a.min(b).cmpgt(high + reach).any() || a.max(b).cmplt(low - reach).any() {
+                return;
+            }
         }
+        if end - first > 1 {
+            let middle = first + (end - first) / 2;
+            self.pieces_of(arc, (first, middle, count), tool, order);
+            self.pieces_of(arc, (middle, end, count), tool, order);
+            return;
+        }
+        let curve = self.pieces.len() as u32;
+        self.pieces.push(Piece { arc: *arc, from, to });
+        self.list.push(Stroke::along(begin, last, (tool as u16, curve, off), order));
     }
 
     /// Whether a move with the tool of this index comes within reach of a rectangle, mm, and below

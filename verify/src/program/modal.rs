@@ -93,13 +93,17 @@ impl Codes {
     /// Takes a code; returns its group.
     fn sort(&mut self, code: u16, line: &Line) -> Result<Group, ProgramFault> {
         let group = match code {
-            0 | 10 | 20 | 30 | 800 => {
+            // Mach's posts cancel cycles and name a motion on one line.
+            800 => {
+                self.motion = self.motion.or(Some(Motion::None));
+                Group::Harmless
+            }
+            0 | 10 | 20 | 30 => {
                 self.motion = Some(match code {
                     0 => Motion::Rapid,
                     10 => Motion::Straight,
                     20 => Motion::Arc { clockwise: true },
-                    30 => Motion::Arc { clockwise: false },
-                    _ => Motion::None,
+                    _ => Motion::Arc { clockwise: false },
                 });
                 Group::Motion
             }
