@@ -77,7 +77,7 @@ enum Command {
         after_help = "These are the settings that most people use; 'glasswarp design --help' tells all.",
         after_long_help = ""
     )]
-    Design(design::DesignArgs),
+    Design(Box<design::DesignArgs>),
     /// Look at what a picture would become, in a second or two
     Preview(preview::PreviewArgs),
     /// Trace light through a block and judge the picture that it draws

@@ -1,28 +1,26 @@
-//! `glasswarp verify portrait.ngc`: a machine's program, run over its block, and the picture that what it
-//! cuts draws.
+//! `glasswarp verify portrait.ngc`: a machine's program, run over its block, and the picture that
+//! what it cuts draws.
 
 use super::{
-    check::exposure,
     console::{self, say},
-    design::stem,
     machine::{IrradianceFile, has_extension, read_mesh},
     outcome::unless_within,
     outputs,
     progress::TerminalProgress,
     side_files::{self, hash_of},
-    verify::FileArgs,
 };
 use crate::{
     export::write_atomically,
     fabricate::{CHORD_MM, Cutter, Direction, Machining, Pass, Pattern, Post, Roughing, Sense},
     failure::Failure,
+    irradiance::Transfer,
     record::{SideFile, document},
-    report::{self, pages::maps},
+    report::{self, Exposure, pages::maps},
     spec::{Feed, Length, NumberedTool, SmallLength, StockSize, Travel, UnitsName, ZeroPlace},
     study::{
         mill::MillStep,
         placement::Placing,
-        program::{ProgramPlan, ProgramQuestion, ProgramStudy, WrittenProgram, Zero},
+        program::{ProgramPlan, ProgramQuestion, ProgramStudy, ProgramWarning, WrittenProgram, Zero},
         verdict::Verdict,
         workpiece::Workpiece,
     },
@@ -44,8 +42,8 @@ const HEADING: &str = "Programs of machines (.ngc, .nc, .tap, .gcode, .cnc)";
 #[derive(clap::Args)]
 pub(crate) struct ProgramArgs {
     /// A tool: ball:d6mm (its diameter) or ball:r3mm, flat:d12mm, bull:d12mm,r1mm, vee:60deg,d6mm,
-    /// taper:r1mm,5deg,d6mm; one of several with its number, as in 2=flat:d6mm. May be given several
-    /// times [default: as comments of the program say]
+    /// taper:r1mm,5deg,d6mm; one of several with its number, as in 2=flat:d6mm. May be given
+    /// several times [default: as comments of the program say]
     #[arg(long, value_name = "TOOL", help_heading = HEADING)]
     tool: Vec<NumberedTool>,
 
@@ -192,8 +190,8 @@ impl PassArgs {
     }
 }
 
-/// Writes programs of a block, each read back first, and tells what it draws. `side` is the side file
-/// that goes with them.
+/// Writes programs of a block, each read back first, and tells what it draws. `side` is the side
+/// file that goes with them.
 pub(super) fn write(
     outputs: &[PathBuf],
     piece: &Workpiece,
@@ -204,7 +202,7 @@ pub(super) fn write(
     let mut documents = Vec::new();
     for output in outputs {
         let name = output.display().to_string();
-        let written = WrittenProgram::of(piece, plan, (&stem(output), &hash_of(side)?), polish, progress);
+        let written = WrittenProgram::of(piece, plan, (&title(output), &hash_of(side)?), polish, progress);
         progress.finish();
         let WrittenProgram { text, study } = written?;
         write_atomically(output, |out| out.write_all(&text)).map_err(Failure::writing)?;
@@ -269,17 +267,35 @@ impl ProgramArgs {
     }
 }
 
+/// The name of a file without its extension.
+fn title(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// A look at a program.
+pub(super) struct Look<'a> {
+    /// What is said of the machine.
+    pub(super) machine: &'a ProgramArgs,
+    /// The side file, if it does not lie beside it.
+    pub(super) bench: Option<&'a Path>,
+    /// Index and distance, if they are not the side file's, mm.
+    pub(super) changed: (Option<f64>, Option<f64>),
+    /// Pixels across.
+    pub(super) pixels: usize,
+    /// Where to the light is written.
+    pub(super) output: &'a [PathBuf],
+    /// The greatest error.
+    pub(super) max_error: Option<f64>,
+}
+
 /// Judges a program.
-pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
+pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
     args.output.iter().try_for_each(|output| IrradianceFile::of(output).map(drop))?;
-    if let Some(flag) = args.meaningless_for_programs() {
-        return Err(Failure::Usage(format!("{flag} is about a block's file, and {} is a program", program.display())));
-    }
-    let question = args.program.question()?;
-    let side = side_files::of_block(program, args.bench.as_deref())?;
+    let question = args.machine.question()?;
+    let side = side_files::of_block(program, args.bench)?;
     let block = block_of(program, args, &side)?;
-    let sheet = args.program.pictures.then(|| program.with_extension("cut.png"));
-    let inputs = side_files::inputs(program, args.bench.as_deref())?;
+    let sheet = args.machine.pictures.then(|| program.with_extension("cut.png"));
+    let inputs = side_files::inputs(program, args.bench)?;
     outputs::plan(
         inputs.iter().chain([&block]).map(PathBuf::as_path),
         args.output.iter().cloned().chain(sheet.clone()),
@@ -287,11 +303,15 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
     let (mesh, name) = (read_mesh(&block)?, block.display().to_string());
     let origin_mm = side_files::origin_of(&side, &block);
-    let changed = (args.ior, args.distance.map(|length| length.mm));
     let host = &super::machine::Machine;
-    let pixels = args.pixels as usize;
-    let piece =
-        Workpiece::of((mesh, &name), (origin_mm, Placing::Righted), side, changed, pixels, (host, &progress))?;
+    let piece = Workpiece::of(
+        (mesh, &name),
+        (origin_mm, Placing::Righted),
+        side,
+        args.changed,
+        args.pixels,
+        (host, &progress),
+    )?;
     let open = || File::open(program).map(|file| Box::new(BufReader::with_capacity(BUFFER, file)) as Box<dyn BufRead>);
     let study = ProgramStudy::of(&open, &program.display().to_string(), &piece, &question, &progress);
     progress.finish();
@@ -304,21 +324,22 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
     print(program, &study, question.dynamics.acceleration);
     study.faults.list.iter().for_each(|fault| console::warn(fault.in_words()));
     study.diagnoses.iter().for_each(console::warn);
+    let exposure = Exposure::of(&piece.ideal, piece.side.design.transfer.map_or(Transfer::Srgb, Transfer::from));
     if let Some(path) = &sheet {
-        report::write_png(path, &maps::program(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
+        report::write_png(path, &maps::program(&piece, &study, exposure)).map_err(Failure::writing)?;
         say!("  pictures       {}", path.display());
     }
     if let Some(last) = study.last() {
         let target = piece.examiner.target().unwrap_or(&last.view.image);
         let peak = target.values.iter().copied().fold(0.0, f64::max);
-        for output in &args.output {
+        for output in args.output {
             IrradianceFile::of(output)?.write(output, &last.view.image, peak)?;
         }
     }
     let files: Vec<PathBuf> = args.output.iter().cloned().chain(sheet).collect();
     let document = study.document(&program.display().to_string(), document::texts(&files));
     console::result(document::Result::Program(Box::new(document)));
-    let harm: Vec<String> = study.faults.harmful().map(|fault| fault.in_words()).collect();
+    let harm: Vec<String> = study.faults.harmful().map(ProgramWarning::in_words).collect();
     if !harm.is_empty() {
         return Err(Failure::BelowThreshold(format!(
             "{} must not be run like this: {}",
@@ -333,11 +354,11 @@ pub(super) fn verify(program: &Path, args: &FileArgs) -> Result<(), Failure> {
 }
 
 /// The file of the block that a program is for.
-fn block_of(program: &Path, args: &FileArgs, side: &SideFile) -> Result<PathBuf, Failure> {
-    if let Some(design) = &args.program.design {
+fn block_of(program: &Path, args: &Look<'_>, side: &SideFile) -> Result<PathBuf, Failure> {
+    if let Some(design) = &args.machine.design {
         return Ok(design.clone());
     }
-    let folder = args.bench.as_deref().unwrap_or(program).with_file_name("");
+    let folder = args.bench.unwrap_or(program).with_file_name("");
     let found = side.files.iter().find_map(|(name, sha256)| {
         let path = folder.join(name);
         let is_it = !is_program(&path) && hash_of(&path).is_ok_and(|found| found == *sha256);
@@ -375,7 +396,12 @@ fn print(program: &Path, study: &ProgramStudy, acceleration: f64) {
     let (low, high) = survey.bounds;
     say!(
         "  reaches        x {:.3} to {:.3}, y {:.3} to {:.3}, z {:.3} to {:.3} mm",
-        low.x, high.x, low.y, high.y, low.z, high.z
+        low.x,
+        high.x,
+        low.y,
+        high.y,
+        low.z,
+        high.z
     );
     if let Some((depth, line)) = study.faults.deepest {
         say!("  deepest cut    {depth:.3} mm, in line {line}");
@@ -383,7 +409,10 @@ fn print(program: &Path, study: &ProgramStudy, acceleration: f64) {
     let off = &study.deviation;
     say!(
         "  off the design {:.3} um rms, mean {:+.3}; 99 of 100 places within {:.3} and {:+.3} um",
-        off.rms_um, off.mean_um, off.range_um.0, off.range_um.1
+        off.rms_um,
+        off.mean_um,
+        off.range_um.0,
+        off.range_um.1
     );
     let (greatest, at) = off.greatest;
     say!("                 at most {greatest:+.3} um, at ({:.2}, {:.2}) mm from the middle of the face", at.x, at.y);

@@ -77,16 +77,16 @@ pub(crate) struct FileArgs {
 
     /// The side file with the bench [default: beside the block, with the extension .toml]
     #[arg(long, value_name = "FILE")]
-    pub(super) bench: Option<PathBuf>,
+    bench: Option<PathBuf>,
 
     /// From z = 0 (of a block the mean plane of the exit face) to the receiver, on which the window
     /// stays where the light of a flat block falls [default: the side file's]
     #[arg(long, value_name = "LENGTH", allow_hyphen_values = true)]
-    pub(super) distance: Option<Length>,
+    distance: Option<Length>,
 
     /// Refractive index [default: the side file's]
     #[arg(long, value_name = "N")]
-    pub(super) ior: Option<f64>,
+    ior: Option<f64>,
 
     /// Window on the receiver, around the axis: its width, or WIDTHxHEIGHT [default: the side
     /// file's, or the size of the solid]
@@ -112,7 +112,7 @@ pub(crate) struct FileArgs {
 
     /// Pixels across at which to judge, at most the picture's own
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(8..=8192))]
-    pub(super) pixels: u32,
+    pixels: u32,
 
     /// Photons that confirm the beams and account for all light
     #[arg(long, value_name = "N", default_value_t = 4_000_000, help_heading = "Photons")]
@@ -151,7 +151,7 @@ pub(crate) struct FileArgs {
     /// Write the irradiance on the receiver: .exr (32-bit, linear) or .png (16-bit, linear). Of a
     /// sweep: .csv, .exr (all images as layers) or .png (the curves)
     #[arg(short, long, value_name = "FILE")]
-    pub(super) output: Vec<PathBuf>,
+    output: Vec<PathBuf>,
 
     /// Look at the block in white light too, of which its material bends every colour otherwise,
     /// and write that picture: .png (sRGB) or .exr (linear, the primaries of sRGB)
@@ -164,10 +164,10 @@ pub(crate) struct FileArgs {
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR", value_parser = error_limit)]
-    pub(super) max_error: Option<f64>,
+    max_error: Option<f64>,
 
     #[command(flatten)]
-    pub(super) program: ProgramArgs,
+    program: ProgramArgs,
 
     #[command(flatten)]
     memory: MemoryArgs,
@@ -175,7 +175,7 @@ pub(crate) struct FileArgs {
 
 impl FileArgs {
     /// A flag that means nothing for a program, if there is one.
-    pub(super) fn meaningless_for_programs(&self) -> Option<&'static str> {
+    fn meaningless_for_programs(&self) -> Option<&'static str> {
         [
             (self.placing.as_placed, "--as-placed"),
             (self.target.is_some(), "--target"),
@@ -257,7 +257,21 @@ pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
 
 fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     if program::is_program(block) {
-        return program::verify(block, args);
+        if let Some(flag) = args.meaningless_for_programs() {
+            return Err(Failure::Usage(format!(
+                "{flag} is about a block's file, and {} is a program",
+                block.display()
+            )));
+        }
+        let look = program::Look {
+            machine: &args.program,
+            bench: args.bench.as_deref(),
+            changed: (args.ior, args.distance.map(|length| length.mm)),
+            pixels: args.pixels as usize,
+            output: &args.output,
+            max_error: args.max_error,
+        };
+        return program::verify(block, &look);
     }
     if args.program.is_given() {
         return Err(Failure::Usage(format!(

@@ -22,7 +22,10 @@ impl FromStr for NumberedTool {
             None => (None, text),
             Some((number, form)) => {
                 let number = number.trim().trim_start_matches(['T', 't']).parse();
-                (Some(number.map_err(|_| format!("'{text}': the number of a tool comes first, as in 2=flat:d6mm"))?), form)
+                (
+                    Some(number.map_err(|_| format!("'{text}': the number of a tool comes first, as in 2=flat:d6mm"))?),
+                    form,
+                )
             }
         };
         Ok(Self { number, tool: form.parse::<Tool>().map_err(|error| error.to_string())? })

@@ -55,7 +55,7 @@ fn by_force(rows: &Rows<'_>, at: DVec2) -> f64 {
         let places = (-4000..=4000).map(|k| u + cutter.radius_mm() * f64::from(k) / 4000.0 * (1.0 - 1e-12));
         for place in places.chain(positions).chain([u - reach, u + reach]) {
             let profile = cutter.profile_mm(DVec2::new(place - u, aside).length());
-            if let (true, Some(tip)) = (profile.is_finite(), sweep.tip(row, place)) {
+            if let (true, Some(tip)) = (profile.is_finite(), sweep.rows.tip(row, place)) {
                 least = least.min(tip.height + profile);
             }
         }

@@ -33,8 +33,8 @@ const ASIDE: f64 = 4.0;
 /// Most places that one stroke passes.
 const MOST: usize = 4096;
 
-/// Straight strokes through `way`, of which no place is further off in height than `off`, mm.
-pub(super) fn straight(way: &[DVec3], off: f64) -> Vec<Stroke> {
+/// Straight strokes through `way`, of which no place is further off in height than `off` of it, mm.
+pub(super) fn straight(way: &[DVec3], off: &impl Fn(DVec3) -> f64) -> Vec<Stroke> {
     let mut strokes = Vec::new();
     let mut from = 0;
     while from + 1 < way.len() {
@@ -46,7 +46,7 @@ pub(super) fn straight(way: &[DVec3], off: f64) -> Vec<Stroke> {
 }
 
 /// Arcs where they pass more places than a straight stroke.
-pub(super) fn arcs(way: &[DVec3], off: f64, plane: Upright) -> Vec<Stroke> {
+pub(super) fn arcs(way: &[DVec3], off: &impl Fn(DVec3) -> f64, plane: Upright) -> Vec<Stroke> {
     let mut strokes = Vec::new();
     let mut from = 0;
     while from + 1 < way.len() {
@@ -92,7 +92,7 @@ fn furthest(left: usize, holds: impl Fn(usize) -> bool) -> usize {
 }
 
 /// Whether a straight stroke from the first to the last place passes all between.
-fn passes(way: &[DVec3], off: f64) -> bool {
+fn passes(way: &[DVec3], off: &impl Fn(DVec3) -> f64) -> bool {
     let (begin, end) = (way[0], way[way.len() - 1]);
     let run = (end - begin).truncate();
     let length = run.length();
@@ -104,15 +104,18 @@ fn passes(way: &[DVec3], off: f64) -> bool {
         let from = (*p - begin).truncate();
         let part = from.dot(along) / length;
         let height = begin.z + part * (end.z - begin.z);
+        let off = off(*p);
         (0.0..=1.0).contains(&part) && (p.z - height).abs() <= off && from.perp_dot(along).abs() <= ASIDE * off
     })
 }
 
 /// The greatest radius of an arc, mm: beyond it centres lose the digits that their ends have.
 const WIDEST_MM: f64 = 2000.0;
+/// The least radius of an arc, mm.
+const LEAST_MM: f64 = 1e-3;
 
 /// The arc from the first to the last place through the middle one, if it passes all others.
-fn arc_through(way: &[DVec3], off: f64, plane: Upright) -> Option<Stroke> {
+fn arc_through(way: &[DVec3], off: &impl Fn(DVec3) -> f64, plane: Upright) -> Option<Stroke> {
     let (begin, end) = (way[0], way[way.len() - 1]);
     let (a, b, c) = (plane.of(begin), plane.of(way[way.len() / 2]), plane.of(end));
     let (ab, ac) = (b - a, c - a);
@@ -124,7 +127,7 @@ fn arc_through(way: &[DVec3], off: f64, plane: Upright) -> Option<Stroke> {
     let from = DVec2::new(ac.y * p - ab.y * q, ab.x * q - ac.x * p) / twice;
     let (centre, radius) = (a + from, from.length());
     // Not a number is no arc either.
-    if !(radius <= WIDEST_MM) || radius < 1e-3 {
+    if !(LEAST_MM..=WIDEST_MM).contains(&radius) {
         return None;
     }
     let aside = |p: &DVec3| match plane {
@@ -138,7 +141,7 @@ fn arc_through(way: &[DVec3], off: f64, plane: Upright) -> Option<Stroke> {
     let forward = (c.x - a.x).signum();
     let fits = way[1..way.len() - 1].iter().zip(way).all(|(p, before)| {
         let (at, last) = (plane.of(*p), plane.of(*before));
-        (at.distance(centre) - radius).abs() <= off && (at.x - last.x) * forward > 0.0
+        (at.distance(centre) - radius).abs() <= off(*p) && (at.x - last.x) * forward > 0.0
     });
     let above = |p: DVec2| (p.y - centre.y).signum();
     if !fits || above(a) != above(c) {
@@ -162,7 +165,7 @@ mod tests {
     #[test]
     fn strokes_pass_all_places_within_their_bound() {
         let way = wave();
-        let strokes = straight(&way, 1e-4);
+        let strokes = straight(&way, &|_| 1e-4);
         assert!(strokes.len() > 100 && strokes.len() < 1000, "{}", strokes.len());
         let ends: Vec<DVec3> = std::iter::once(way[0])
             .chain(strokes.iter().map(|stroke| match stroke {
@@ -182,7 +185,7 @@ mod tests {
     #[test]
     fn arcs_pass_all_places_with_fewer_strokes() {
         let way = wave();
-        let (lines, fitted) = (straight(&way, 1e-4).len(), arcs(&way, 1e-4, Upright::X));
+        let (lines, fitted) = (straight(&way, &|_| 1e-4).len(), arcs(&way, &|_| 1e-4, Upright::X));
         assert!(fitted.len() * 2 < lines, "{} for {lines}", fitted.len());
         let mut from = way[0];
         for stroke in &fitted {
@@ -207,7 +210,7 @@ mod tests {
     #[test]
     fn what_turns_back_or_stands_still_is_kept_as_it_is() {
         let way = [DVec3::ZERO, DVec3::X, DVec3::X * 0.5, DVec3::new(0.5, 1.0, 0.0), DVec3::new(0.5, 1.0, -1.0)];
-        let strokes = straight(&way, 1e-3);
+        let strokes = straight(&way, &|_| 1e-3);
         assert_eq!(strokes, way[1..].iter().map(|p| Stroke::Line(*p)).collect::<Vec<_>>());
     }
 }

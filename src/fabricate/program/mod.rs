@@ -1,14 +1,15 @@
-//! Programs for machines: a finishing pass over a face, and, if it is asked for, roughing before it.
+//! Programs for machines: a finishing pass over a face, and, if it is asked for, roughing before
+//! it.
 //!
 //! [`path`] lays the way of the tip, [`fit`] makes strokes of it, [`post`] the words of a control.
-//! Rapids go along the clearance above the stock, or straight up and down to it, and the tip never goes
-//! below the entry face, nor into a rim.
+//! Rapids go along the clearance above the stock, or straight up and down to it, and the tip never
+//! goes below the entry face, nor into a rim.
 
 mod fit;
 mod path;
 mod post;
 
-pub use path::{Pattern, Sense};
+pub use path::{Pattern, Roughing, Sense};
 pub use post::Post;
 
 use super::{Cutter, Pass, PassError, Scallop};
@@ -36,19 +37,6 @@ pub struct Machining {
     pub arcs: bool,
     /// The control.
     pub post: Post,
-}
-
-/// A roughing pass in levels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Roughing {
-    /// What cuts.
-    pub cutter: Cutter,
-    /// From row to row, mm.
-    pub step_over_mm: f64,
-    /// From level to level, mm.
-    pub step_down_mm: f64,
-    /// What it leaves for the finishing pass, along the normal, mm.
-    pub allowance_mm: f64,
 }
 
 /// Where the face lies on the machine, on the zero of the face, mm.
@@ -103,7 +91,9 @@ pub enum MachiningError {
     #[error(transparent)]
     Pass(#[from] PassError),
     /// Two tools for a control that changes none.
-    #[error("GRBL changes no tools: write roughing and finishing as two programs, the former by `allowance` and a flat cutter")]
+    #[error(
+        "GRBL changes no tools: write roughing and finishing as two programs, the former by `allowance` and a flat cutter"
+    )]
     ToolChange,
     /// A writer that fails.
     #[error("the program cannot be written")]
@@ -111,8 +101,8 @@ pub enum MachiningError {
 }
 
 /// The chord error of programs that nobody has said another one for, mm: as much as their last
-/// decimal. Of the camera sample in rows 0.1 mm apart, polished with 0.1 mm, ten times as much costs
-/// more than the rows do (docs/cam.md).
+/// decimal. Of the camera sample in rows 0.1 mm apart, polished with 0.1 mm, ten times as much
+/// costs more than the rows do (docs/cam.md).
 pub const CHORD_MM: f64 = 1e-6;
 /// Part of the feed at which the tip goes down towards a cut.
 const PLUNGE: f64 = 0.3;
@@ -145,11 +135,9 @@ impl Machining {
     }
 }
 
-impl Roughing {
-    fn check(&self) -> Result<(), MachiningError> {
-        within("the step from level to level (`rough`), mm,", self.step_down_mm, (0.01, 100.0))?;
-        within("the allowance of roughing (`rough`), mm,", self.allowance_mm, (0.0, Pass::MOST_ALLOWANCE_MM))
-    }
+fn check_roughing(roughing: &Roughing) -> Result<(), MachiningError> {
+    within("the step from level to level (`step-down`), mm,", roughing.step_down_mm, (0.01, 100.0))?;
+    within("the allowance of roughing (`rough-allowance`), mm,", roughing.allowance_mm, (0.0, Pass::MOST_ALLOWANCE_MM))
 }
 
 fn within(what: &'static str, value: f64, (least, greatest): (f64, f64)) -> Result<(), MachiningError> {
@@ -181,7 +169,7 @@ impl Program<'_> {
         )?;
         let rough = match self.roughing {
             Some(roughing) => {
-                roughing.check()?;
+                check_roughing(&roughing)?;
                 Some((roughing, path::roughing(self.surface, &roughing, &self.guard(roughing.cutter))?))
             }
             None => None,
@@ -218,7 +206,10 @@ impl Program<'_> {
         let mut lines = vec![
             "units: mm; zero and axes as in the side file".to_owned(),
             format!("finishing: {} {step_over_mm} mm apart{}", self.pattern, scallop.unwrap_or_default()),
-            format!("x {:.3} to {:.3}, y {:.3} to {:.3}, z {:.4} to {:.4}", low.x, high.x, low.y, high.y, low.z, high.z),
+            format!(
+                "x {:.3} to {:.3}, y {:.3} to {:.3}, z {:.4} to {:.4}",
+                low.x, high.x, low.y, high.y, low.z, high.z
+            ),
             format!(
                 "finishing way {:.1} m, {:.0} min at {} mm/min without acceleration",
                 1e-3 * length,
@@ -238,7 +229,13 @@ impl Program<'_> {
     fn guard(&self, cutter: Cutter) -> Guard {
         let lowest = self.surface.range_mm().0;
         let least = (lowest - BELOW_MM).max(self.place.floor_mm);
-        Guard { contour: self.surface.contour(), rim_mm: self.place.rim_mm, least_mm: least, top_mm: self.place.top_mm, cutter }
+        Guard {
+            contour: self.surface.contour(),
+            rim_mm: self.place.rim_mm,
+            least_mm: least,
+            top_mm: self.place.top_mm,
+            cutter,
+        }
     }
 
     /// Writes ways: down to each, along it, up again, but for those that go on from the last.
@@ -246,13 +243,16 @@ impl Program<'_> {
         let Machining { feed_mm_per_min: feed, safe_mm, arcs, .. } = self.machining;
         let origin = self.place.origin_mm;
         let safe = writer.number(self.place.top_mm + safe_mm - origin.z);
+        // Beyond the face the tip only rolls around its edge.
+        let contour = self.surface.contour();
+        let off = |p: DVec3| if contour.contains(p.truncate()) { off_mm } else { off_mm.max(path::EDGE_MM) };
         let mut plane = None;
         for ways in ways.chunks(TOGETHER) {
             let fitted: Vec<Vec<Stroke>> = ways
                 .par_iter()
                 .map(|way| match way.upright.filter(|_| arcs) {
-                    Some(upright) => fit::arcs(&way.places, off_mm, upright),
-                    None => fit::straight(&way.places, off_mm),
+                    Some(upright) => fit::arcs(&way.places, &off, upright),
+                    None => fit::straight(&way.places, &off),
                 })
                 .collect();
             for (way, strokes) in ways.iter().zip(fitted) {
@@ -305,7 +305,6 @@ impl Program<'_> {
     }
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -320,7 +319,7 @@ mod tests {
             arcs: false,
             post: Post::LinuxCnc,
         };
-        assert!(fine.check().is_ok() && fine.decimals() == 5);
+        assert!(fine.check().is_ok() && fine.decimals() == 6);
         assert_eq!(Machining { chord_mm: 0.01, ..fine }.decimals(), 3);
         for bad in [f64::NAN, -1.0, 0.0, f64::INFINITY] {
             assert!(Machining { feed_mm_per_min: bad, ..fine }.check().is_err());

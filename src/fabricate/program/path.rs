@@ -2,7 +2,6 @@
 
 use super::{
     super::{Cutter, Direction, DropCutter, Pass, PassError, Rows},
-    Roughing,
     fit::Upright,
 };
 use crate::{grid::Contour, surface::HeightField};
@@ -51,6 +50,19 @@ pub enum Sense {
     BothWays,
     /// Always with the uncut glass on the right, as a spindle that turns clockwise (M3) climbs.
     Climb,
+}
+
+/// A roughing pass in levels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughing {
+    /// What cuts.
+    pub cutter: Cutter,
+    /// From row to row, mm.
+    pub step_over_mm: f64,
+    /// From level to level, mm.
+    pub step_down_mm: f64,
+    /// What it leaves for the finishing pass, along the normal, mm.
+    pub allowance_mm: f64,
 }
 
 /// A way of the tip, mm on the zero of the face.
@@ -134,12 +146,7 @@ pub(super) fn finishing(
 }
 
 /// Rows to and fro, or all in the sense in which the cutter climbs.
-fn rows(
-    face: &HeightField,
-    pass: Pass,
-    sense: Sense,
-    (guard, off_mm): (&Guard, f64),
-) -> Result<Vec<Way>, PassError> {
+fn rows(face: &HeightField, pass: Pass, sense: Sense, (guard, off_mm): (&Guard, f64)) -> Result<Vec<Way>, PassError> {
     let rows = Rows::along(face, pass)?;
     let upright = match (rows.along.x == 0.0, rows.along.y == 0.0) {
         (false, true) => Some(Upright::X),
@@ -160,7 +167,9 @@ fn rows(
             places.reverse();
         }
         let near = |last: &Way| {
-            last.places.last().is_some_and(|end| end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm)
+            last.places
+                .last()
+                .is_some_and(|end| end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm)
         };
         let goes_on = sense == Sense::BothWays && ways.last().is_some_and(near);
         ways.push(Way { places, goes_on, upright });
@@ -185,6 +194,8 @@ fn row_places<'a>(rows: &'a Rows<'_>, row: usize, off: f64) -> impl Iterator<Ite
         if known(i) && known(i + 1) {
             let bend = |part: f64| rows.tip(row, at(i as f64 + part)).map_or(0.0, |tip| tip.bend.abs());
             let most = bend(0.25).max(bend(0.75));
+            let inside = |part: f64| rows.surface.contour().contains(place(at(i as f64 + part), 0.0).truncate());
+            let off = if inside(0.0) || inside(1.0) { off } else { off.max(EDGE_MM) };
             let pieces = (h * (most / (8.0 * PART_OF_BOUND * off)).sqrt()).ceil().clamp(1.0, 64.0) as usize;
             parts.extend((1..pieces).map(|k| k as f64 / pieces as f64));
             // Where the contact jumps, both ways meet.
@@ -204,6 +215,8 @@ fn row_places<'a>(rows: &'a Rows<'_>, row: usize, off: f64) -> impl Iterator<Ite
     })
 }
 
+/// How far strokes beyond the border of the face may lie off the way, mm.
+pub(super) const EDGE_MM: f64 = 2e-5;
 /// Part of a bound that places of a row may take: the rest is for strokes between them.
 const PART_OF_BOUND: f64 = 0.5;
 
@@ -281,9 +294,9 @@ fn dropped(face: &HeightField, pass: &Pass, plans: Vec<Vec<DVec2>>, guard: &Guar
         let mut end = |places: &mut Vec<DVec3>| {
             if places.len() >= 2 {
                 let near = |last: &Way| {
-                    last.places.last().is_some_and(|end| {
-                        end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm
-                    })
+                    last.places
+                        .last()
+                        .is_some_and(|end| end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm)
                 };
                 let goes_on = ways.last().is_some_and(near);
                 ways.push(Way { places: std::mem::take(places), goes_on, upright: None });
@@ -386,7 +399,11 @@ pub(super) fn roughing(surface: &HeightField, rough: &Roughing, guard: &Guard) -
                         if k % 2 == 1 {
                             piece.reverse();
                         }
-                        ways.push(Way { places: ramped(std::mem::take(&mut piece), above), goes_on: false, upright: None });
+                        ways.push(Way {
+                            places: ramped(std::mem::take(&mut piece), above),
+                            goes_on: false,
+                            upright: None,
+                        });
                     }
                     None => piece.clear(),
                 }

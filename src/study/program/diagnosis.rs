@@ -1,7 +1,7 @@
-//! What is likely wrong with a program that cuts another face than the design, in words, with what to
-//! do about it.
+//! What is likely wrong with a program that cuts another face than the design, in words, with what
+//! to do about it.
 
-use super::Setup;
+use super::question::Setup;
 use crate::{
     failure::Failure,
     solid::Origin,
@@ -35,6 +35,8 @@ const EXPLAINS: f64 = 0.5;
 const LEAST_OFF_MM: f64 = 3e-4;
 const LEAST_SHIFT_MM: f64 = 0.01;
 const LEAST_RADIUS_MM: f64 = 0.01;
+/// Heights that are off by less than this all over, mm, move no light; scallops do as much.
+const LEAST_LIFT_MM: f64 = 1e-3;
 /// Part of a side by which a program may stop short of a border.
 const SHORT: f64 = 0.02;
 /// Samples of the face along a side.
@@ -160,7 +162,7 @@ pub(super) fn of_face(
             "the face lies ({dx:.3}, {dy:.3}) mm beside its place: correct the zero of the machine, or of the program (`origin`), by so much"
         ));
     }
-    if explains(fit.parts[2]) {
+    if dz.abs() > LEAST_LIFT_MM && explains(fit.parts[2]) {
         let (how, what) = if dz > 0.0 { ("high", "glass is left") } else { ("low", "too much is cut") };
         said.push(format!("the face lies {:.4} mm too {how} ({what}): correct z by so much", dz.abs()));
     }
@@ -170,16 +172,19 @@ pub(super) fn of_face(
         let meant = corner + grown;
         if tool.is_some_and(|tool| tool.corner_mm > 0.0) && meant > 0.0 {
             said.push(format!(
-                "the way is that of a ball or corner of about {:.2} mm radius, and the tool has {corner} mm: name the one that cuts (`tool`), or \
-                 calculate the program for it",
-                meant
+                "the way is that of a ball or corner of about {meant:.2} mm radius, and the tool has {corner} mm: name the one that cuts (`tool`), or \
+                 calculate the program for it"
             ));
         }
     }
     if said.is_empty() {
         return said;
     }
-    said.push(format!("so corrected, the face is {:.3} um off the design instead of {:.3} um", 1e3 * fit.after, 1e3 * fit.before));
+    said.push(format!(
+        "so corrected, the face is {:.3} um off the design instead of {:.3} um",
+        1e3 * fit.after,
+        1e3 * fit.before
+    ));
     vec![said.join("; ")]
 }
 
@@ -214,8 +219,8 @@ struct Fit {
 
 /// Least squares for `cut(p) = design(p - d) + dz + c (sqrt(1 + slope²) - 1)`.
 ///
-/// The last part is a cutter of a radius smaller by `c` than the one of the calculation, with its tip
-/// where that one's should be: its face lies `c` further along the normal, and `c` deeper.
+/// The last part is a cutter of a radius smaller by `c` than the one of the calculation, with its
+/// tip where that one's should be: its face lies `c` further along the normal, and `c` deeper.
 fn fit(spline: &SurfaceSpline, samples: &[(DVec2, f64)]) -> Option<Fit> {
     let half = 0.5 * spline.extent().as_vec();
     let mut values = [0.0; 4];
@@ -319,7 +324,12 @@ pub(super) fn rounding(survey: &Survey) -> Option<f64> {
 }
 
 /// What rounding does to the light, by what as much of it once more does.
-pub(super) fn of_rounding(step_mm: f64, unit_mm: f64, light: &Image, rounded: &Image) -> Result<Option<String>, Failure> {
+pub(super) fn of_rounding(
+    step_mm: f64,
+    unit_mm: f64,
+    light: &Image,
+    rounded: &Image,
+) -> Result<Option<String>, Failure> {
     let costs = metrics::rel_rms(rounded, light).map_err(Failure::refused)?;
     let decimals = -(step_mm / unit_mm).log10().round();
     // Rounding falls tenfold with a decimal, and is gone at the first that keeps below FINE_MM.

@@ -55,7 +55,11 @@ impl ProgramWarning {
         let Self { kind, count, line, depth_mm, at } = self;
         let place = format!("at ({:.3}, {:.3}, {:.3})", at.x, at.y, at.z);
         let moves = |what: &str| {
-            if *count == 1 { format!("line {line}: {what}") } else { format!("{count} moves, the first in line {line}: {what}") }
+            if *count == 1 {
+                format!("line {line}: {what}")
+            } else {
+                format!("{count} moves, the first in line {line}: {what}")
+            }
         };
         match kind {
             FaultKind::RapidInStock => {
@@ -195,8 +199,8 @@ impl ProgramFaults {
         }
     }
 
-    /// What no program may do. A plunge may meet stock that another program has roughed, and a spindle
-    /// may be turned on by hand.
+    /// What no program may do. A plunge may meet stock that another program has roughed, and a
+    /// spindle may be turned on by hand.
     pub fn harmful(&self) -> impl Iterator<Item = &ProgramWarning> {
         self.list.iter().filter(|fault| !matches!(fault.kind, FaultKind::Plunge | FaultKind::SpindleStands))
     }

@@ -1,8 +1,8 @@
 //! Running a program over stock and face.
 
 use super::{
-    Setup,
     faults::{Gatherer, ProgramFaults},
+    question::Setup,
 };
 use crate::{failure::Failure, study::workpiece::Workpiece};
 use glam::{DVec2, DVec3};
@@ -10,11 +10,7 @@ use glasswarp_verify::{
     cut::{Cut, Passes, Plan, Sheet, Stock, Strokes},
     program::{Move, ProgramFault, Run, Survey, Tool, Units, Way, run},
 };
-use std::{
-    collections::BTreeMap,
-    f64::consts::PI,
-    io::BufRead,
-};
+use std::{collections::BTreeMap, f64::consts::PI, io::BufRead};
 
 /// Nodes of the cut face from row to row: as many as of a milled one, and for the same reason
 /// ([`SAMPLES_PER_ROW`](crate::fabricate::SAMPLES_PER_ROW)).
@@ -42,8 +38,12 @@ pub(super) fn plan_of(survey: &Survey, piece: &Workpiece, zero: DVec3) -> Result
         let step_over = (piece.surface.contour().area_mm2() / used.over_face_mm).max(LEAST_STEP_MM);
         // How much of a row's direction lies along an axis, which its scallops lie across.
         let along = |axis: fn(f64) -> f64| {
-            let mut parts: Vec<(f64, f64)> =
-                used.directions.iter().enumerate().map(|(k, length)| (axis((k as f64 + 0.5) * PI / 180.0).abs(), *length)).collect();
+            let mut parts: Vec<(f64, f64)> = used
+                .directions
+                .iter()
+                .enumerate()
+                .map(|(k, length)| (axis((k as f64 + 0.5) * PI / 180.0).abs(), *length))
+                .collect();
             parts.sort_by(|a, b| a.0.total_cmp(&b.0));
             let (all, mut sum): (f64, f64) = (parts.iter().map(|(_, length)| length).sum(), 0.0);
             let found = parts.iter().find(|(_, length)| {
@@ -92,18 +92,14 @@ impl Sweep<'_> {
         let size = (high - low).truncate();
         let spacing = (least / PER_RADIUS).clamp(STOCK_SPACING_MM.0, STOCK_SPACING_MM.1);
         let nodes = (size / spacing).clamp(DVec2::splat(8.0), DVec2::splat(MOST_STOCK)).ceil();
-        let plan = Plan {
-            lower: low.truncate(),
-            upper: high.truncate(),
-            nodes: (nodes.x as usize + 1, nodes.y as usize + 1),
-        };
+        let plan =
+            Plan { lower: low.truncate(), upper: high.truncate(), nodes: (nodes.x as usize + 1, nodes.y as usize + 1) };
         let stock = Stock::level(plan, high.z).map_err(Failure::refused)?;
         let mut sweeper = Sweeper {
             face: (self.plan.lower, self.plan.upper),
             sheet,
             strokes: Strokes::of(&shapes).within(self.plan.lower, self.plan.upper),
-            stock: watched
-                .then(|| (stock, Strokes::of(&shapes).within(low.truncate(), high.truncate()), Vec::new())),
+            stock: watched.then(|| (stock, Strokes::of(&shapes).within(low.truncate(), high.truncate()), Vec::new())),
             numbers: self.tools.keys().copied().collect(),
             top: high.z,
             rounding,

@@ -1,6 +1,10 @@
 //! Writing a program for a block, and reading it back before anybody may run it.
 
-use super::{FaultKind, ProgramQuestion, ProgramStudy};
+use super::{
+    examine::ProgramStudy,
+    faults::{FaultKind, ProgramWarning},
+    question::{ProgramQuestion, setup_of},
+};
 use crate::{
     fabricate::{Machining, Pass, Pattern, Place, Program, Roughing, Sense},
     failure::Failure,
@@ -34,12 +38,13 @@ pub struct WrittenProgram {
     pub study: ProgramStudy,
 }
 
-/// Roughing and finishing are read back without acceleration, at this speed of rapids, mm per minute.
+/// Roughing and finishing are read back without acceleration, at this speed of rapids, mm per
+/// minute.
 const RAPID_FEED: f64 = 5000.0;
 
 impl WrittenProgram {
-    /// Writes a program for a block and reads it back as any other file. `side_sha256` is that of the
-    /// side file that it goes with.
+    /// Writes a program for a block and reads it back as any other file. `side_sha256` is that of
+    /// the side file that it goes with.
     ///
     /// # Errors
     /// A pass that does not fit; a program that would harm something, which then nobody gets.
@@ -59,7 +64,7 @@ impl WrittenProgram {
             dynamics: Dynamics { acceleration: f64::INFINITY, rapid_feed: RAPID_FEED, corner_mm: 0.0 },
             polish,
         };
-        let setup = super::setup_of(piece, &question)?;
+        let setup = setup_of(piece, &question)?;
         let ProgramPlan { pass, pattern, sense, roughing, machining } = *plan;
         let place = Place {
             top_mm: setup.stock_mm.1.z,
@@ -81,11 +86,11 @@ impl WrittenProgram {
         program.write(&mut text, title, &header).map_err(Failure::refused)?;
         let open = || Ok(Box::new(Cursor::new(&text[..])) as Box<dyn BufRead>);
         let study = ProgramStudy::of(&open, title, piece, &question, progress)?;
-        let mut harms: Vec<String> = study.faults.harmful().map(|fault| fault.in_words()).collect();
+        let mut harms: Vec<String> = study.faults.harmful().map(ProgramWarning::in_words).collect();
         // Nothing but this program may have cut the stock before.
         if plan.roughing.is_some() {
             let plunges = study.faults.list.iter().filter(|fault| fault.kind == FaultKind::Plunge);
-            harms.extend(plunges.map(|fault| fault.in_words()));
+            harms.extend(plunges.map(ProgramWarning::in_words));
         }
         if !harms.is_empty() {
             return Err(Failure::BelowThreshold(format!(

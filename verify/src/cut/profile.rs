@@ -75,9 +75,9 @@ impl Profile {
     }
 
     /// How far behind a point the axis of a cutter is that touches what it leaves there, counted
-    /// along its way; the way passes the point at the distance `aside`, no more than the radius, and
-    /// rises by `rise` mm per mm. It is where `slope(r) w / r = rise`, with `r² = w² + aside²`, or the
-    /// furthest place that reaches the point.
+    /// along its way; the way passes the point at the distance `aside`, no more than the radius,
+    /// and rises by `rise` mm per mm. It is where `slope(r) w / r = rise`, with `r² = w² + aside²`,
+    /// or the furthest place that reaches the point.
     #[inline]
     pub fn behind_mm(&self, rise: f64, aside: f64) -> f64 {
         if rise == 0.0 {
@@ -107,8 +107,8 @@ impl Profile {
         (from_axis * from_axis - aside * aside).max(0.0).sqrt()
     }
 
-    /// The same where the torus touches: `tan(phi) sqrt(1 - (aside / r)²) = rise`, `r = disc + corner
-    /// sin(phi)`. The left side grows with `phi`.
+    /// The same where the torus touches: `tan(phi) sqrt(1 - (aside / r)²) = rise`, `r = disc +
+    /// corner sin(phi)`. The left side grows with `phi`.
     fn on_torus(&self, steep: f64, aside: f64, reach: f64) -> f64 {
         let from_axis = |sin: f64| self.disc + self.corner * sin;
         let lean = |r: f64| (1.0 - (aside / r).powi(2)).max(0.0).sqrt();
@@ -118,7 +118,11 @@ impl Profile {
             let wanted = steep / lean(from_axis(sin)).max(1e-12);
             let next = wanted / (1.0 + wanted * wanted).sqrt();
             // The fixed point lies between: where this one is too small, the next is larger.
-            if next > sin { low = sin } else { high = sin }
+            if next > sin {
+                low = sin;
+            } else {
+                high = sin;
+            }
             let next = if step < QUICK && next > low && next < high { next } else { 0.5 * (low + high) };
             if (next - sin).abs() < 1e-13 {
                 break;
@@ -171,7 +175,10 @@ mod tests {
                         .map(|i| height(f64::from(i) / 2000.0 * reach * (1.0 - 1e-15)))
                         .fold(f64::INFINITY, f64::min);
                     assert!(touches <= searched + 1e-9, "{tool}, rise {rise}, aside {aside}: {touches} > {searched}");
-                    assert!(touches >= searched - 2e-2 * (1.0 + rise.abs()), "{k}: {tool}, {rise}, {aside}: {touches} < {searched}");
+                    assert!(
+                        touches >= searched - 2e-2 * (1.0 + rise.abs()),
+                        "{k}: {tool}, {rise}, {aside}: {touches} < {searched}"
+                    );
                 }
             }
         }

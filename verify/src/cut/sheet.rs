@@ -48,10 +48,7 @@ impl Plan {
         let part = |k: usize, n: usize| k as f64 / (n - 1) as f64;
         let (x, y) = (part(i, self.nodes.0), part(j, self.nodes.1));
         // The ends are exact.
-        DVec2::new(
-            self.lower.x * (1.0 - x) + self.upper.x * x,
-            self.lower.y * (1.0 - y) + self.upper.y * y,
-        )
+        DVec2::new(self.lower.x * (1.0 - x) + self.upper.x * x, self.lower.y * (1.0 - y) + self.upper.y * y)
     }
 
     fn spacing(&self) -> DVec2 {
@@ -61,10 +58,10 @@ impl Plan {
 
 /// What is left: heights and slopes at the nodes of a plan.
 ///
-/// Strokes are told in batches. A tile of the grid looks only at those that reach it; a part of a tile
-/// only at those that can leave less there than the one that leaves least at its middle does at its
-/// corners. What a straight stroke leaves is convex: its tangent plane at the middle is a bound
-/// from below, and its greatest value stands at a corner.
+/// Strokes are told in batches. A tile of the grid looks only at those that reach it; a part of a
+/// tile only at those that can leave less there than the one that leaves least at its middle does
+/// at its corners. What a straight stroke leaves is convex: its tangent plane at the middle is a
+/// bound from below, and its greatest value stands at a corner.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     plan: Plan,
@@ -166,7 +163,8 @@ impl Bins {
             let last = ((up + reach - plan.lower) / size).floor();
             let within = |v: f64, n: usize| v.clamp(0.0, (n - 1) as f64) as usize;
             let outside = last.x < 0.0 || last.y < 0.0 || first.x >= columns as f64 || first.y >= rows as f64;
-            let [a, b] = [(within(first.x, columns), within(last.x, columns)), (within(first.y, rows), within(last.y, rows))];
+            let [a, b] =
+                [(within(first.x, columns), within(last.x, columns)), (within(first.y, rows), within(last.y, rows))];
             (!outside).then_some((a, b))
         };
         let half = 0.5 * size.length();
@@ -247,10 +245,8 @@ impl Band<'_> {
     /// the best of them does.
     fn able(&self, part: Part, listed: &[u32]) -> Vec<u32> {
         let nx = self.plan.nodes.0;
-        let (low, high) = (
-            self.plan.node(part.i.0, self.first + part.j.0),
-            self.plan.node(part.i.1 - 1, self.first + part.j.1 - 1),
-        );
+        let (low, high) =
+            (self.plan.node(part.i.0, self.first + part.j.0), self.plan.node(part.i.1 - 1, self.first + part.j.1 - 1));
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let radius = half.length();
         let highest = (part.j.0..part.j.1)

@@ -349,16 +349,28 @@ mod tests {
                         continue;
                     }
                     assert!(touch.height <= least + 1e-12, "{text} at {at}: {} > {least}", touch.height);
-                    assert!(least.is_infinite() || touch.height > least - 1e-3, "{text} at {at}: {} < {least}", touch.height);
+                    assert!(
+                        least.is_infinite() || touch.height > least - 1e-3,
+                        "{text} at {at}: {} < {least}",
+                        touch.height
+                    );
                     let e = 1e-6;
                     let beside = |x: f64, y: f64| strokes.touch(0, at + DVec2::new(x, y)).height;
-                    let (x, y) = ((beside(e, 0.0) - beside(-e, 0.0)) / (2.0 * e), (beside(0.0, e) - beside(0.0, -e)) / (2.0 * e));
+                    let (x, y) = (
+                        (beside(e, 0.0) - beside(-e, 0.0)) / (2.0 * e),
+                        (beside(0.0, e) - beside(0.0, -e)) / (2.0 * e),
+                    );
                     let difference = DVec2::new(x, y);
                     if !text.starts_with("flat") && difference.is_finite() && difference.length() < 20.0 {
                         let off = difference.distance(touch.slope);
                         // Edges of a cone and ends of a way have two slopes.
-                        assert!(off < 1e-3 || beside(e, 0.0) + beside(-e, 0.0) > 2.0 * touch.height + 1e-9
-                            || beside(0.0, e) + beside(0.0, -e) > 2.0 * touch.height + 1e-9, "{text} at {at}: {difference} for {}", touch.slope);
+                        assert!(
+                            off < 1e-3
+                                || beside(e, 0.0) + beside(-e, 0.0) > 2.0 * touch.height + 1e-9
+                                || beside(0.0, e) + beside(0.0, -e) > 2.0 * touch.height + 1e-9,
+                            "{text} at {at}: {difference} for {}",
+                            touch.slope
+                        );
                     }
                 }
             }

@@ -81,7 +81,9 @@ pub enum ProgramFault {
     #[error("{0} names no place to go to")]
     Nowhere(&'static str),
     /// No units.
-    #[error("the program names no units before its first place; write G21 (mm) or G20 (inch) first, or say which with `units`")]
+    #[error(
+        "the program names no units before its first place; write G21 (mm) or G20 (inch) first, or say which with `units`"
+    )]
     Units,
     /// No feed.
     #[error("there is no feed above 0 for this move; write F and a number before it")]
@@ -90,7 +92,9 @@ pub enum ProgramFault {
     #[error("in inverse time (G93) every feed move needs an F of its own, above 0")]
     InverseFeed,
     /// A move from a place that the program has never given.
-    #[error("the tool is fed from a place that the program has not given: {axes} of its beginning is not known; go there by a rapid first")]
+    #[error(
+        "the tool is fed from a place that the program has not given: {axes} of its beginning is not known; go there by a rapid first"
+    )]
     Beginning {
         /// The axes.
         axes: String,
@@ -102,7 +106,9 @@ pub enum ProgramFault {
         axes: String,
     },
     /// Work offsets of which only the machine knows how they lie.
-    #[error("{now} is used after {before}: where they lie to each other stands in the machine; use one of them in a program")]
+    #[error(
+        "{now} is used after {before}: where they lie to each other stands in the machine; use one of them in a program"
+    )]
     WorkOffset {
         /// The first one.
         before: String,

@@ -181,7 +181,7 @@ fn by_radius(begin: DVec2, end: DVec2, radius: f64, clockwise: bool) -> Result<D
     if apart == 0.0 {
         return Err(ProgramFault::Circle);
     }
-    if !(0.5 * apart <= radius.abs() * (1.0 + STRETCH)) {
+    if 0.5 * apart > radius.abs() * (1.0 + STRETCH) {
         return Err(ProgramFault::Radius { radius_mm: radius.abs(), apart_mm: apart });
     }
     let height = (radius * radius - 0.25 * apart * apart).max(0.0).sqrt();
@@ -229,8 +229,7 @@ mod tests {
             let (from, turn) = (DVec3::new(angle.cos(), angle.sin(), 0.0), 0.37 * f64::from(k % 17) + 0.01);
             let to = DVec3::new((angle + turn).cos(), (angle + turn).sin(), 1.0);
             let of = -from.truncate();
-            let arc =
-                Arc::through(Plane::Xy, (from, to), k % 2 == 0, Centre::Words { of, absolute: false }).unwrap();
+            let arc = Arc::through(Plane::Xy, (from, to), k % 2 == 0, Centre::Words { of, absolute: false }).unwrap();
             let (low, high) = arc.bounds();
             let places = (0..=1000).map(|i| arc.at(f64::from(i) / 1000.0));
             let (seen_low, seen_high) =

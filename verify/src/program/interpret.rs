@@ -1,11 +1,11 @@
 //! Runs a program: lines become moves of the tip.
 
 use super::{
-    Move, Way,
     error::{ProgramError, ProgramFault},
     geometry::{Arc, Centre, Plane},
     line::{Line, MOST_BYTES, Number, refused},
     modal::{Blending, Codes, Does, Motion, Once, misc, name},
+    moves::{Move, Way},
 };
 use glam::{DVec2, DVec3};
 use std::io::{self, BufRead};

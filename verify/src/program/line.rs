@@ -197,7 +197,8 @@ mod tests {
     #[test]
     fn words_are_read_however_they_are_spaced() {
         let mut line = Line::default();
-        for text in ["N10 G1 X-1.250 Y.5 Z+3 (a) F1000 ; b", "n10g1x-1.25y0.5z3f1 000", "G01 X - 1 . 2 5 Y .5 Z3. F1000"]
+        for text in
+            ["N10 G1 X-1.250 Y.5 Z+3 (a) F1000 ; b", "n10g1x-1.25y0.5z3f1 000", "G01 X - 1 . 2 5 Y .5 Z3. F1000"]
         {
             line.read(text.as_bytes()).unwrap();
             assert_eq!(line.g, [10]);
@@ -216,7 +217,8 @@ mod tests {
     #[test]
     fn numbers_are_the_nearest_that_there_are() {
         let mut line = Line::default();
-        for text in ["0.1", "-12.34567", "99999.99999", "0.00001", "123456789012.25", "000.3", "3.1415926535897932384"] {
+        for text in ["0.1", "-12.34567", "99999.99999", "0.00001", "123456789012.25", "000.3", "3.1415926535897932384"]
+        {
             let read = line.read(format!("X{text}").as_bytes());
             match text.parse::<f64>().unwrap() {
                 value if value.abs() > 1e9 => assert!(matches!(read, Err(ProgramFault::Range { .. })), "{text}"),

@@ -40,7 +40,9 @@ pub(super) enum Once {
     /// G92.
     Set,
     /// G92.1, G92.2: the former forgets what was set.
-    Unset { forget: bool },
+    Unset {
+        forget: bool,
+    },
     /// G92.3.
     Restore,
 }
@@ -247,9 +249,22 @@ pub(super) fn misc(code: u16) -> Result<Does, ProgramFault> {
         5 => Does::Stands,
         6 => Does::ToolChange,
         // Pauses, coolant, clamps, orientation, chips, overrides, doors, gears.
-        0 | 1 | 7..=13 | 19 | 21 | 31..=34 | 36 | 40..=44 | 48..=53 | 60..=65 | 68..=69 | 73 | 74 | 80..=85 | 88 | 89 => {
-            Does::Nothing
-        }
+        0
+        | 1
+        | 7..=13
+        | 19
+        | 21
+        | 31..=34
+        | 36
+        | 40..=44
+        | 48..=53
+        | 60..=65
+        | 68..=69
+        | 73
+        | 74
+        | 80..=85
+        | 88
+        | 89 => Does::Nothing,
         96..=99 => {
             return Err(refused(format!("M{code} (a subprogram or a jump)"), "post one plain program"));
         }

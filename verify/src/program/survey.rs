@@ -2,7 +2,12 @@
 //! the length of its straight pieces, its time.
 
 use super::{
-    Blending, Clock, Dynamics, Move, ProgramError, ProgramFault, Run, Tool, Units, Way, run, tools_in,
+    error::{ProgramError, ProgramFault},
+    interpret::{Run, Units, run},
+    modal::Blending,
+    moves::{Move, Way},
+    time::{Clock, Dynamics},
+    tool::{Tool, tools_in},
 };
 use glam::{DVec2, DVec3};
 use std::{collections::BTreeMap, io::BufRead};
@@ -108,8 +113,7 @@ impl Spread {
         let mut sum = 0.0;
         self.bins.iter().enumerate().find_map(|(k, weight)| {
             sum += weight;
-            (*weight > 0.0 && sum >= part * all)
-                .then(|| Self::LEAST * 10f64.powf((k as f64 + 0.5) / Self::PER_DECADE))
+            (*weight > 0.0 && sum >= part * all).then(|| Self::LEAST * 10f64.powf((k as f64 + 0.5) / Self::PER_DECADE))
         })
     }
 }

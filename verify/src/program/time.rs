@@ -1,6 +1,9 @@
 //! How long a machine takes for its moves, by feeds and accelerations.
 
-use super::{Blending, Move, Way};
+use super::{
+    modal::Blending,
+    moves::{Move, Way},
+};
 use glam::DVec3;
 use std::collections::VecDeque;
 
@@ -36,8 +39,8 @@ struct Stretch {
 /// Speeds are trapezoidal: every move speeds up and slows down by the acceleration, as far as the
 /// corners between the moves demand. In a corner of the turn `theta` the speed is the one whose
 /// arc, of the acceleration's radius, cuts the corner by the tolerance `t` at most: `v² = a t
-/// cos(theta / 2) / (1 - cos(theta / 2))`. Limits of single axes, of the control's cycle and of jerk
-/// are not known here.
+/// cos(theta / 2) / (1 - cos(theta / 2))`. Limits of single axes, of the control's cycle and of
+/// jerk are not known here.
 #[derive(Debug)]
 pub struct Clock {
     dynamics: Dynamics,

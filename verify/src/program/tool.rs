@@ -150,7 +150,9 @@ fn cone(text: &str, part: f64) -> Result<f64, String> {
     if (LEAST_HALF_ANGLE_DEG..90.0).contains(&half) {
         Ok(1.0 / half.to_radians().tan())
     } else {
-        Err(format!("its cone stands at {half} degrees to the axis, and must lie between {LEAST_HALF_ANGLE_DEG} and 90"))
+        Err(format!(
+            "its cone stands at {half} degrees to the axis, and must lie between {LEAST_HALF_ANGLE_DEG} and 90"
+        ))
     }
 }
 
@@ -228,9 +230,22 @@ mod tests {
                 assert_eq!((tool.to_string().as_str(), tool.in_words().as_str()), (forms[0], words), "{text}");
             }
         }
-        for text in ["", "ball", "ball:", "ball:x", "cone:3", "ball:-3mm", "ball:nan", "flat:0", "bull:3", "bull:3,4",
-            "vee:190deg,d6mm", "vee:d6mm", "taper:r4mm,5deg,d6mm", "ball:1m"]
-        {
+        for text in [
+            "",
+            "ball",
+            "ball:",
+            "ball:x",
+            "cone:3",
+            "ball:-3mm",
+            "ball:nan",
+            "flat:0",
+            "bull:3",
+            "bull:3,4",
+            "vee:190deg,d6mm",
+            "vee:d6mm",
+            "taper:r4mm,5deg,d6mm",
+            "ball:1m",
+        ] {
             assert!(text.parse::<Tool>().is_err(), "{text} was taken");
         }
     }
