@@ -46,7 +46,15 @@ fn linuxcnc(program: &[u8], folder: &Path) -> Option<Result<Vec<Canon>, String>>
     let path = folder.join("program.ngc");
     std::fs::write(&path, program).unwrap();
     let mut interpreter = common::program("rs274", "Debian package linuxcnc-uspace")?;
-    let output = interpreter.arg("-g").arg(&path).current_dir(folder).output().unwrap();
+    interpreter.arg("-g").arg(&path).current_dir(folder);
+    let mut output = interpreter.output().unwrap();
+    // On a busy machine it sometimes ends before it has said anything: that is no judgement.
+    for _ in 0..5 {
+        if !output.stdout.is_empty() {
+            break;
+        }
+        output = interpreter.output().unwrap();
+    }
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     if !said.contains("PROGRAM_END") {
         let end: String = said.lines().rev().take(5).collect::<Vec<_>>().join("\n");
@@ -324,7 +332,7 @@ fn block_and_program() -> (Workshop, String) {
     let workshop = Workshop::new();
     workshop.draw_chiral_picture();
     let outcome = workshop.run(
-        "design chiral.png --size 36mm --thickness 9mm --nodes 97 --distance 120mm --offset 0.3 --origin stock-top --cutter ball:d3mm \
+        "design chiral.png --size 36mm --thickness 9mm --nodes 97 --distance 40mm --offset 0.3 --origin stock-top --cutter ball:d3mm \
          --step-over 0.15mm --chord-error 0.01 -o b.stl -o b.ngc --no-report",
     );
     assert_eq!(outcome.code, FINE, "{}{}", outcome.out, outcome.err);
@@ -389,7 +397,7 @@ fn what_was_done_wrong_is_told_by_its_name() {
         ("exchanged", placed(&program, |p| DVec3::new(p.x, -p.y, p.z)), "", &["mirrored along y"]),
         ("shifted", placed(&program, |p| p + DVec3::new(0.5, -0.2, 0.0)), "", &["mm beside its place", "origin"]),
         ("too deep", placed(&program, |p| p - DVec3::Z * 0.05), "", &["mm too low (too much is cut)", "correct z"]),
-        ("a wrong radius", program.clone(), "--tool ball:r1.2mm", &["1.50 mm radius", "1.2 mm"]),
+        ("a wrong radius", program.clone(), "--tool ball:r0.9mm", &["mm radius, and the tool has 0.9 mm"]),
         ("inches", program.replace("G21", "G20"), "", &["millimetres, taken for inches", "G21"]),
         ("millimetres", placed(&program, |p| p / 25.4), "", &["inches, taken for millimetres", "G20"]),
         ("another zero", program.clone(), "--origin corner", &["beside the face", "origin"]),

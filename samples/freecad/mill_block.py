@@ -8,6 +8,9 @@ with these in the environment:
     CUTTER    radius of the ball cutter, mm       [3]
     STEPOVER  from row to row, mm                 [0.3]
     SAMPLE    from point to point of a row, mm    [0.3]
+    TOLERANCE the job's tolerance, mm             [0.0001]
+    DEFLECTION, ANGLE  of the mesh that the cutter is dropped on, mm and rad  [0.0005, 0.05]
+    DECIMALS  of the coordinates                  [4]
     OCL       folder with the Python package opencamlib, if FreeCAD does not find it by itself
 
 Path's 3D surface operation needs OpenCAMLib (pip install opencamlib). Tried with FreeCAD 0.20.
@@ -38,6 +41,9 @@ BLOCK, GCODE = os.environ["BLOCK"], os.environ["GCODE"]
 RADIUS = float(os.environ.get("CUTTER", 3))
 STEPOVER = float(os.environ.get("STEPOVER", 0.3))
 SAMPLE = float(os.environ.get("SAMPLE", 0.3))
+TOLERANCE = float(os.environ.get("TOLERANCE", 0.0001))
+DEFLECTION, ANGLE = float(os.environ.get("DEFLECTION", 0.0005)), float(os.environ.get("ANGLE", 0.05))
+DECIMALS = int(os.environ.get("DECIMALS", 4))
 
 # 1. File > Import: one solid, in millimetres, named as the design.
 start = time.time()
@@ -55,7 +61,7 @@ stock = job.Stock
 for side in ("ExtXneg", "ExtXpos", "ExtYneg", "ExtYpos", "ExtZneg", "ExtZpos"):
     setattr(stock, side, 0)
 # Moves are written at least as finely as the surface is meant.
-job.GeometryTolerance = 0.0001
+job.GeometryTolerance = TOLERANCE
 job.PostProcessor = "linuxcnc"
 
 # 3. Tool: a ball cutter.
@@ -78,7 +84,7 @@ surface.SampleInterval = SAMPLE
 surface.BoundBox = "BaseBoundBox"
 surface.BoundaryEnforcement = False
 # The mesh that OpenCAMLib drops its cutter on: as fine as the job's tolerance.
-surface.LinearDeflection, surface.AngularDeflection = 0.0005, 0.05
+surface.LinearDeflection, surface.AngularDeflection = DEFLECTION, ANGLE
 surface.OptimizeLinearPaths = False
 # Beyond the border the cutter would fall to the table: no deeper than the face.
 face = [f for f in body.Shape.Faces if type(f.Surface).__name__ == "BSplineSurface"][0]
@@ -94,5 +100,5 @@ print("PATH %d moves, tip between z = %.4f and z = %.4f, made in %.1f s" % (
 
 # 5. Path > Post process.
 post = PostProcessor.load(job.PostProcessor)
-post.export([controller, surface], GCODE, "--no-show-editor --precision=4")
+post.export([controller, surface], GCODE, "--no-show-editor --precision=%d" % DECIMALS)
 print("GCODE %d bytes" % os.path.getsize(GCODE))

@@ -63,8 +63,8 @@ pub struct Strokes {
 const STRAIGHT: u32 = u32::MAX;
 /// Arcs are cut into pieces no longer than this part of the cutter's radius, and that turn by no
 /// more than this angle, rad, over each of which the problem has one solution.
-const PIECE: f64 = 0.125;
-const TURN: f64 = 0.1;
+const PIECE: f64 = 0.25;
+const TURN: f64 = 0.2;
 /// Steps towards the place of an arc that touches.
 const STEPS: usize = 60;
 /// Steps after which only halving is trusted: the edge of a flat cutter is a jump.
