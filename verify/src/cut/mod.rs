@@ -8,7 +8,7 @@
 //! A cutter of revolution about z whose tip goes along a straight line leaves the surface `min over
 //! s of z(s) + f(|p - a(s)|)`, with the profile `f` of the cutter. `f` is convex, so that this is a
 //! convex function of `p` and, at every `p`, a convex problem in `s` with a solution in closed form
-//! ([`profile`]). What many moves leave is the least of them.
+//! (`profile.rs`). What many moves leave is the least of them.
 //!
 //! # Guarantees
 //!
