@@ -8,9 +8,10 @@ use common::{
 };
 
 /// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the
-/// verifier.
+/// verifier. The noise of Cycles is another on machines with other vector instructions, .0080 and
+/// .0090 in straight light: of those that were met, the greatest.
 const POVRAY: [f64; 3] = [0.0178, 0.0173, 0.0178];
-const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0214];
+const BLENDER: [f64; 3] = [0.0090, 0.0214, 0.0214];
 
 /// A block 60 mm wide and 40 mm high, whose picture is chiral.
 fn block() -> Workshop {
