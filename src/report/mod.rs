@@ -24,6 +24,8 @@ mod pictures;
 mod sheet;
 #[cfg(feature = "svg")]
 mod svg;
+#[cfg(feature = "cli")]
+pub(crate) mod text;
 
 #[cfg(feature = "cli")]
 pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};

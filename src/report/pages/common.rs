@@ -5,6 +5,7 @@ use crate::{
     export::{Format, HeightMapFormat},
     fabricate::FaceShape,
     grid::Field,
+    irradiance::{TargetIrradiance, Transfer},
     materials,
     report::{
         budget::Cost,
@@ -20,6 +21,7 @@ use crate::{
         judge::{self, Judgement},
         order::StockOrder,
         verdict::{Answer, Verdict},
+        workpiece::Workpiece,
     },
 };
 use glasswarp_verify::metrics::Likeness;
@@ -98,6 +100,12 @@ pub(crate) fn difference_view(wanted: &Field<f64>, light: &Field<f64>, exposure:
         alt: "Four times the difference between target and simulated light, inverted: white where they agree".into(),
         picture: report::difference_picture(wanted, light, exposure),
     }
+}
+
+/// How the light of a block is shown as a picture where this light is to be seen.
+pub(crate) fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
+    let transfer = piece.side.design.transfer.map(Transfer::from);
+    Exposure::of(target, transfer.unwrap_or(Transfer::Srgb))
 }
 
 /// Light with its difference from what is wanted.
