@@ -37,7 +37,7 @@ pub use html::{
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]
 pub use {
-    budget::{Cost, budget_chart, budget_sheet},
+    budget::{Cost, CostErrors, budget_chart, budget_sheet},
     curves::{Curve, curves},
     drawing::{Drawing, dimensioned_drawing},
     isocontours::{Isocontours, contour_interval_mm},

@@ -8,7 +8,7 @@ use crate::{
     irradiance::{TargetIrradiance, Transfer},
     materials,
     report::{
-        budget::Cost,
+        budget::{Cost, CostErrors},
         html::{Facts, Highlight, Model, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
@@ -134,7 +134,11 @@ pub(crate) fn step_views(steps: &[BudgetStep], wanted: &Field<f64>, exposure: Ex
 
 /// The steps of a budget as what they cost.
 pub(crate) fn costs(steps: &[BudgetStep]) -> Vec<Cost> {
-    let errors = |step: &BudgetStep| step.traced.as_ref().map(|seen| (seen.likeness.rel_rms, seen.moved));
+    let errors = |step: &BudgetStep| {
+        let traced = step.traced.as_ref()?;
+        let Likeness { rel_rms, ssim } = traced.likeness;
+        Some(CostErrors { rel_rms, ssim, moved: traced.moved })
+    };
     steps.iter().map(|step| Cost { name: step.name.clone(), errors: errors(step) }).collect()
 }
 
