@@ -16,7 +16,6 @@ mod outcome;
 mod outputs;
 mod presets;
 mod preview;
-mod print;
 mod progress;
 mod ready;
 mod report_files;

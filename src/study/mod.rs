@@ -18,6 +18,7 @@ pub mod cutters;
 pub mod design;
 pub mod diagnosis;
 pub mod finish;
+pub mod fits;
 pub mod imperfect;
 pub mod judge;
 mod lamp;
