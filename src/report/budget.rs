@@ -36,7 +36,7 @@ const SMALL: u32 = 150;
 const RISES: [u32; 3] = [34, 48, 78];
 const BARS: f64 = 560.0;
 /// Room for figures beyond the longest bar.
-const BEYOND: f64 = 130.0;
+const BEYOND: f64 = 150.0;
 const HEAD: u32 = 58;
 const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
 const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };

@@ -117,9 +117,13 @@ const LEAST_PIXELS: usize = 8;
 /// Refuses what is expected to take more than is free. `remedies` says what would fit, each
 /// followed by a comma.
 fn demand(what: &str, expected: Bytes, free: Free, remedies: impl Fn(Bytes) -> String) -> Result<Bytes, Failure> {
-    tracing::info!(%expected, ?free, "memory");
-    match free {
-        Free::Of(free) if expected > free => Err(Failure::Usage(format!(
+    let known = match free {
+        Free::Of(free) => Some(free),
+        Free::Unlimited => None,
+    };
+    tracing::info!(%expected, free = known.map(tracing::field::display), "memory");
+    match known {
+        Some(free) if expected > free => Err(Failure::Usage(format!(
             "{what} takes about {expected} of memory, and {free} are free: {}close other programs, or try all the same (`ignore-memory`)",
             remedies(free)
         ))),
