@@ -321,7 +321,10 @@ fn mitsuba_and_luxcore_draw_the_verifiers_caustic() {
         }
     }
     if has_package("pyluxcore") {
-        let [_, noise, rest] = image(&block(), "luxcore", 512);
-        assert!(noise < 0.1 && rest < 0.25 * noise + 0.01, "luxcore: {noise} {rest}");
+        let [one, noise, rest] = image(&block(), "luxcore", 512);
+        prints_within_tenth_of(0.0375, one, "luxcore");
+        prints_within_tenth_of(0.0378, noise, "luxcore, noise");
+        // All of it is noise, which is known to a hundredth: as much as that hides.
+        assert!(rest < 0.15 * noise, "luxcore: {rest} without its noise of {noise}");
     }
 }
