@@ -181,16 +181,19 @@ impl Examiner {
         })
     }
 
-    /// The light that a tracer of this block finds, by beams: so many per pixel along each side,
-    /// and at least half as many per cell of nodes. What is finer than pixels, such as the scallops
-    /// of a cutter, still bends the light, and so does the surface between nodes: the error of a
-    /// picture of 384 pixels on 1025 nodes was 0.0043 by 1.5 beams a cell, 0.0028 by 2, and 0.0027
-    /// by 8. A block that is no rectangle takes more where pixels are few: at 64 of them the error
+    /// The light that a tracer of this block finds, by beams: so many per pixel along each side, or
+    /// up to twice as many where these are less than half as many per cell of nodes, and one per
+    /// cell at least. What is finer than pixels, such as the scallops of a cutter, still bends the
+    /// light, and so does the surface between nodes: the error of a picture of 384 pixels on 1025
+    /// nodes was 0.0043 by 1.5 beams a cell, 0.0028 by 2, and 0.0027 by 8. A block that is no rectangle takes more where pixels are few: at 64 of them the error
     /// of a disc was 0.0495 by 4 beams a pixel, 0.0453 by 16, and 0.0451 by 40 million photons.
     pub fn beams_through(&self, block: &Block, tracer: &Tracer, per_pixel: usize) -> Beams {
         let ((nx, ny), (columns, rows)) = (self.pixels(), block.nodes());
         let least = if block.is_rectangular() { 1 } else { LEAST_BEAMS * per_pixel / BEAMS_PER_PIXEL };
-        let along = |pixels: usize, nodes: usize| (per_pixel * pixels).max(per_pixel * (nodes - 1) / 2).max(least);
+        let along = |pixels: usize, nodes: usize| {
+            let (wanted, cells) = (per_pixel * pixels, nodes - 1);
+            wanted.max((per_pixel * cells / 2).min(2 * wanted)).max(cells).max(least)
+        };
         beams(tracer, along(nx, columns), along(ny, rows))
     }
 
