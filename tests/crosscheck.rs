@@ -8,9 +8,10 @@ use common::{
 };
 
 /// What image mode finds on [`IMAGES`] at 128 pixels: relative RMS difference of one run from the
-/// verifier.
+/// verifier. The noise of Cycles is another on machines with other vector instructions, .0080 and
+/// .0090 in straight light: of those that were met, the greatest.
 const POVRAY: [f64; 3] = [0.0178, 0.0173, 0.0178];
-const BLENDER: [f64; 3] = [0.0080, 0.0214, 0.0214];
+const BLENDER: [f64; 3] = [0.0090, 0.0214, 0.0214];
 
 /// A block 60 mm wide and 40 mm high, whose picture is chiral.
 fn block() -> Workshop {
@@ -320,7 +321,10 @@ fn mitsuba_and_luxcore_draw_the_verifiers_caustic() {
         }
     }
     if has_package("pyluxcore") {
-        let [_, noise, rest] = image(&block(), "luxcore", 512);
-        assert!(noise < 0.1 && rest < 0.25 * noise + 0.01, "luxcore: {noise} {rest}");
+        let [one, noise, rest] = image(&block(), "luxcore", 512);
+        prints_within_tenth_of(0.0375, one, "luxcore");
+        prints_within_tenth_of(0.0378, noise, "luxcore, noise");
+        // All of it is noise, which is known to a hundredth: as much as that hides.
+        assert!(rest < 0.15 * noise, "luxcore: {rest} without its noise of {noise}");
     }
 }

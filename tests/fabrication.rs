@@ -6,10 +6,11 @@ use common::{
     measured::{at_worst, prints_at_worst, prints_within_tenth_of, within_tenth_of},
     workshop::{FILE, FINE, MESH, REFUSED, SHORT, Workshop},
 };
+use glam::DVec2;
 use glasswarp::{
-    fabricate::{Cutter, DropCutter},
+    fabricate::{Cutter, DropCutter, Milled, Pass},
     grid::{Extent, Field},
-    surface::HeightField,
+    surface::{Finish, HeightField, Polish, SurfaceSpline},
 };
 use std::{fs, process::Stdio};
 
@@ -182,6 +183,33 @@ fn a_block_designed_for_its_polish_is_better_after_it() {
     ] {
         prints_within_tenth_of(measured, found, what);
     }
+}
+
+/// The mean height of ridges against the face that a ball leaves, both after a polish as wide as the
+/// rows are apart.
+#[test]
+fn ridges_are_as_high_on_average_as_those_of_milled_faces() {
+    let extent = Extent::new(12.0, 12.0);
+    // Waves of 2.5 mm, whose hollows have a radius of 4 mm.
+    let wave = |at: DVec2| 0.02 * ((2.5 * at.x).cos() + (2.5 * at.y).cos()) + 0.05 * at.y;
+    let face = HeightField::new(extent, Field::from_fn(121, 121, |i, j| wave(extent.node(i, j, 121, 121))));
+    let (polish, radius_mm, step_over_mm) = (Polish::new(0.2).unwrap(), 3.0, 0.2);
+    let pass = Pass::finishing(Cutter::ball(radius_mm).unwrap(), step_over_mm);
+    let milled = polish.polished(&Milled::of(&face, pass).unwrap().surface);
+    let expected = Finish::new(polish).with_ball(radius_mm, step_over_mm).finished(&face);
+    let plain = polish.polished(&face);
+    let spline = SurfaceSpline::through(&milled);
+    let inner: Vec<(usize, usize)> = (20..101).flat_map(|j| (20..101).map(move |i| (i, j))).collect();
+    let rms_um = |of: &HeightField| {
+        let off: Vec<f64> = inner
+            .iter()
+            .map(|&(i, j)| of.heights_mm()[(i, j)] - spline.sample(extent.node(i, j, 121, 121)).height_mm)
+            .collect();
+        let mean = off.iter().sum::<f64>() / off.len() as f64;
+        1e3 * (off.iter().map(|off| (off - mean).powi(2)).sum::<f64>() / off.len() as f64).sqrt()
+    };
+    within_tenth_of(0.1498, rms_um(&plain), "um from the milled face without ridges");
+    within_tenth_of(0.0070, rms_um(&expected), "um from the milled face with their mean");
 }
 
 #[test]

@@ -284,13 +284,20 @@ fn pictures_svg() {
 
 #[test]
 fn pictures_exr() {
-    let written: Vec<_> =
-        [Compression::Uncompressed, Compression::RLE, Compression::ZIP16, Compression::PIZ, Compression::PXR24]
-            .into_iter()
-            .flat_map(|compression| {
-                [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
-            })
-            .collect();
+    let written: Vec<_> = [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::DWAA(None),
+        Compression::DWAB(None),
+    ]
+    .into_iter()
+    .flat_map(|compression| {
+        [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 4))].map(|blocks| exr_picture(compression, blocks))
+    })
+    .collect();
     let corpus = [written, kinds_of(&["exr"])].concat();
     let target = Target { name: "picture, OpenEXR", corpus, mend: None, memory: picture_memory };
     target.run(cases(3000), read_picture);
@@ -487,6 +494,14 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
     let frame = jpeg.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();
     jpeg[frame + 5..frame + 9].copy_from_slice(&[0x0c, 0, 0x0c, 0]);
     refused(&jpeg, ["hold at most", "claims 3072 x 3072"]);
+    // One block, to which the table of blocks points; behind its place and length stand the counters
+    // of DWA, the ninth of which counts coefficients.
+    let mut exr = exr_picture(Compression::DWAA(None), Blocks::ScanLines);
+    let points_behind = |at: &usize| exr[*at..at + 8] == (*at as u64 + 8).to_le_bytes();
+    let counters = (0..exr.len() - 8).find(points_behind).unwrap() + 8 + 8;
+    assert!(exr.len() - counters < 108 * (4 + 2 + 4), "stored as it is");
+    exr[counters + 64..counters + 72].copy_from_slice(&(1_u64 << 57).to_le_bytes());
+    refused(&exr, ["144115188075855872 values", "more than its pixels can need"]);
     let drawing = kinds_of(&["svg"]).into_iter().filter_map(|bytes| String::from_utf8(bytes).ok());
     let drawing = drawing.into_iter().find(|text| text.contains("<image ")).unwrap();
     let image = &drawing[drawing.find("<image ").unwrap()..];

@@ -5,7 +5,7 @@ mod common;
 use common::workshop::{FINE, SHORT, Workshop};
 use image::imageops::FilterType;
 use serde_json::Value;
-use std::{fs, path::Path};
+use std::{fs, path::Path, process::Command};
 
 /// A photograph of 128 pixels.
 fn shop_with_photograph() -> Workshop {
@@ -28,6 +28,17 @@ fn answer(result: &Value) -> &str {
 fn concern<'a>(result: &'a Value, question: &str) -> Option<&'a str> {
     let concerns = result["verdict"]["concerns"].as_array().unwrap();
     concerns.iter().find(|concern| concern["question"] == question)?["answer"].as_str()
+}
+
+/// Pages of a page of HTML as a browser prints it, if there is a browser.
+fn printed_pages(shop: &Workshop, page: &str) -> Option<usize> {
+    let pdf = shop.path("printed.pdf");
+    let mut browser = Command::new(common::browser()?);
+    browser.args(["--headless", "--no-sandbox", "--disable-gpu", "--no-pdf-header-footer"]);
+    common::output(browser.arg(format!("--print-to-pdf={}", pdf.display())).arg(shop.path(page)));
+    let pdf = fs::read(pdf).unwrap();
+    let begins = |at: usize, word: &[u8]| pdf[at..].starts_with(word);
+    Some((0..pdf.len()).filter(|&at| begins(at, b"/Type /Page") && !begins(at, b"/Type /Pages")).count())
 }
 
 /// Structural similarities that the words begin at, as the library states them.
@@ -53,6 +64,10 @@ fn presets_and_commands_do_not_contradict_each_other() {
         // The desk's laser takes the place of the sun.
         let light = if preset == "desk-demo" { "--light sun" } else { "" };
         let ready = result(&shop, &format!("ready {preset}.step {finish} --pixels 128 {light}"), &[FINE, SHORT]);
+        // A sheet for the shop is one sheet, however much there is to say.
+        if let Some(pages) = printed_pages(&shop, &format!("{preset}.ready.html")) {
+            assert_eq!(pages, 1, "{preset}");
+        }
         let says = |of: &Value| of["verdict"]["says"].as_str().unwrap().to_owned();
         eprintln!("{preset}:\n  {}\n  {}\n  {}\n  {}", says(&design), says(&check), says(&mill), says(&ready));
         // What keeps the block from being made does so wherever it is asked.

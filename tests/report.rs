@@ -14,15 +14,8 @@ use std::{fs, path::Path};
 /// Drives a browser over a page; writes screenshots and says what was found as JSON.
 const BROWSE: &str = include_str!("report/browse.js");
 
-/// Where the browser is, by its usual names.
-fn browser() -> Option<&'static str> {
-    let names = ["chromium", "chromium-browser", "google-chrome"];
-    let found = names.into_iter().find(|name| std::process::Command::new(name).arg("--version").output().is_ok());
-    found.or_else(|| common::program(names[0], "Debian package chromium").map(|_| names[0]))
-}
-
 fn browse(page: &Path, shots: &Path) -> Option<Value> {
-    let name = browser()?;
+    let name = common::browser()?;
     let mut node = common::node(&["puppeteer-core"], BROWSE)?;
     let found = common::output(node.arg(name).arg(page).arg(shots));
     Some(serde_json::from_str(&found).unwrap_or_else(|error| panic!("{error} in\n{found}")))

@@ -12,17 +12,18 @@ use super::{
 use crate::{
     fabricate::Cutter,
     failure::Failure,
-    irradiance::{TargetIrradiance, Transfer},
     record::document,
-    report::{self, Exposure, pages::maps},
+    report::{
+        self,
+        pages::{common::exposure_of, maps},
+        text,
+    },
     spec::{self, Angle, Length, SourceName},
     study::{
-        bench::{exit_face_in_words, exit_face_of},
         check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
         design::Plan,
-        tolerance::{Focus, ToleranceCase, ToleranceStudy, Tolerances},
+        tolerance::{ToleranceStudy, Tolerances},
         verdict::{Answer, Verdict},
-        workpiece::Workpiece,
     },
     surface::Polish,
 };
@@ -206,18 +207,8 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     study.say(&shop, &mut verdict);
     verdict.say("picture", Answer::NotAsked, "the picture of the finished face ('glasswarp ready' asks)");
     console::verdict(&verdict);
-    let extent = subject.surface.extent();
-    say!(
-        "{}: {:.2} x {:.2} mm, {}, receiver at {} mm{}; {}, rows {} mm apart",
-        args.block.display(),
-        extent.width_mm,
-        extent.height_mm,
-        exit_face_in_words(exit_face_of(&subject.scene)),
-        subject.scene.distance_mm,
-        if subject.assumed { ", straight light assumed without a side file" } else { "" },
-        args.cutter.in_words(),
-        args.step_over.mm
-    );
+    let name = args.block.display().to_string();
+    console::text(&text::check::subject(&name, &subject, &shop));
     for CheckLine { passed, what, says } in &study.lines {
         let (word, colour) = if *passed { ("ok  ", AnsiColor::Green) } else { ("FAIL", AnsiColor::Red) };
         say!("  {}  {what:<11} {}", console::coloured(word, colour), with_flags(says));
@@ -225,14 +216,11 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     let traced = piece.as_ref().map(|piece| ToleranceStudy::of(&tolerances, piece, &progress)).transpose();
     progress.finish();
     if let Ok(Some(traced)) = &traced {
-        print_tolerances(traced);
-        if let Ok(focus) = &traced.focus {
-            print_focus(focus, traced.distance_mm);
-        }
+        console::text(&text::check::tolerances(traced));
     }
     let failed = study.failed();
     console::result(document::Result::Check(document::Check {
-        file: args.block.display().to_string(),
+        file: name.clone(),
         makeable: failed.is_empty(),
         verdict: verdict.document(with_flags),
         lines: study
@@ -245,7 +233,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     }));
     if let Some(output) = &args.output {
         let traced = traced.as_ref().ok().and_then(|traced| traced.as_ref()).filter(|traced| traced.focus.is_ok());
-        let traced = traced.zip(piece.as_ref()).map(|(traced, piece)| (traced, exposure(piece)));
+        let traced = traced.zip(piece.as_ref()).map(|(traced, piece)| (traced, exposure_of(&piece.ideal, piece)));
         let sheet = maps::check_sheet(args.cutter, &subject, &study.shape, traced);
         report::write_png(output, &sheet).map_err(Failure::writing)?;
     }
@@ -253,23 +241,12 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     if failed.is_empty() {
         return Ok(());
     }
-    Err(Failure::BelowThreshold(format!("{} cannot be made like this: {}", args.block.display(), failed.join(", "))))
+    Err(Failure::BelowThreshold(format!("{name} cannot be made like this: {}", failed.join(", "))))
 }
 
 /// Index and distance other than those of the side file.
 fn changed(args: &CheckArgs) -> (Option<f64>, Option<f64>) {
     (args.ior, args.distance.map(|length| length.mm))
-}
-
-/// How the light of a block is shown as a picture, in perfect light.
-pub(super) fn exposure(piece: &Workpiece) -> Exposure {
-    exposure_of(&piece.ideal, piece)
-}
-
-/// The same where this light is to be seen.
-pub(super) fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
-    let transfer = piece.side.design.transfer.map(Transfer::from);
-    Exposure::of(target, transfer.unwrap_or(Transfer::Srgb))
 }
 
 fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failure> {
@@ -299,41 +276,4 @@ fn open(args: &CheckArgs, progress: &TerminalProgress) -> Result<Makeable, Failu
         return Err(Failure::Usage(format!("{flag} is told by the design file here: change it there")));
     }
     Makeable::of_design(&plan, block)
-}
-
-/// Prints what tolerances do to the picture.
-fn print_tolerances(study: &ToleranceStudy) {
-    let ToleranceStudy { designed, cases, left_out, .. } = study;
-    say!("\nTolerances, each traced through the displaced surface      relative RMS     SSIM   moved by");
-    say!("  {:<55} {:>12.4} {:>8.4}", "as designed", designed.metrics.rel_rms, designed.metrics.ssim);
-    for ToleranceCase { name, view, place, .. } in cases {
-        match view {
-            Some((view, moved)) => say!(
-                "  {name:<55} {:>12.4} {:>8.4} {moved:>10.4}{}",
-                view.metrics.rel_rms,
-                view.metrics.ssim,
-                place.in_words()
-            ),
-            None => say!("  {name:<55} none of the light falls into the window{}", place.in_words()),
-        }
-    }
-    left_out.iter().for_each(|what| say!("  left out: {what}"));
-}
-
-fn print_focus(focus: &Focus, distance_mm: f64) {
-    let end = |mm: Option<f64>| mm.map_or("beyond".into(), |mm| format!("{mm:.2} mm"));
-    say!(
-        "\nDepth of focus (relative RMS error up to {:.4}): from {} to {}",
-        focus.limit,
-        end(focus.near_mm),
-        end(focus.far_mm)
-    );
-    if let (Some(near), Some(far)) = (focus.near_mm, focus.far_mm) {
-        say!(
-            "  {:.2} mm, {:.2} mm nearer and {:.2} mm further than designed",
-            far - near,
-            distance_mm - near,
-            far - distance_mm
-        );
-    }
 }

@@ -77,8 +77,8 @@ pub(crate) fn line(text: fmt::Arguments<'_>) {
     }
 }
 
-/// The same without the end of the line.
-pub(crate) fn part(text: fmt::Arguments<'_>) {
+/// Prints lines for a person.
+pub(crate) fn text(text: &str) {
     if reader() == Reader::Person {
         let _ = write!(anstream::stdout(), "{text}");
     }
@@ -89,12 +89,7 @@ macro_rules! say {
     ($($words:tt)*) => { $crate::cli::console::line(format_args!($($words)*)) };
 }
 
-/// A part of such a line.
-macro_rules! say_part {
-    ($($words:tt)*) => { $crate::cli::console::part(format_args!($($words)*)) };
-}
-
-pub(crate) use {say, say_part};
+pub(crate) use say;
 
 /// Text in a colour.
 pub(crate) fn coloured(text: &str, colour: AnsiColor) -> String {

@@ -13,7 +13,7 @@ use crate::{
     fabricate::{Cutter, Direction, Machining, Pass, Post},
     failure::Failure,
     record::document,
-    report::pages::{common::mm, coupon::CouponPage},
+    report::{pages::coupon::CouponPage, text},
     solid::{Shape, Stock},
     spec::{Feed, Length, OriginName, Settings},
     study::{
@@ -141,7 +141,7 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     let sheet = CouponPage { coupon: &coupon, seen: &seen, pass, command: report_files::command() };
     sheet.write(&page)?;
     let written: Vec<PathBuf> = files.into_iter().chain([page]).collect();
-    print(&coupon, &seen, &written);
+    console::text(&text::coupon::coupon(&coupon, &seen, &written));
     if written.iter().any(|file| is_program(file)) {
         say!("  program        {minutes:.0} min at {}, after roughing", args.feed);
     }
@@ -181,47 +181,4 @@ fn write_program(file: &Path, coupon: &Coupon, pass: Pass, machining: Machining)
     let mut program = Vec::new();
     coupon.program(pass, machining).write(&mut program, "test coupon", &coupon.about()).map_err(Failure::refused)?;
     write_atomically(file, |out| out.write_all(&program)).map_err(Failure::writing)
-}
-
-fn print(coupon: &Coupon, seen: &[SeenCoupon], files: &[PathBuf]) {
-    let (plan, solid) = (&coupon.plan, &coupon.solid);
-    let names: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
-    say!("{}", names.join(", "));
-    say!(
-        "  coupon         {} x {} mm from a sheet of {} mm, {:.2} mm at its thinnest place",
-        mm(solid.stock_extent().width_mm),
-        mm(solid.stock_extent().height_mm),
-        mm(solid.thickness_mm()),
-        solid.thinnest_mm()
-    );
-    say!(
-        "  cut with       {}; the sharpest hollow has a radius of {:.2} mm",
-        plan.cutter.in_words(),
-        coupon.sharpest_mm
-    );
-    say!(
-        "  read           {} mm before a sheet of paper, {} mm behind a lamp of {} mm",
-        mm(plan.distance_mm),
-        mm(plan.lamp_mm),
-        mm(plan.lamp_diameter_mm)
-    );
-    if let (Some(first), Some(last)) = (coupon.rulings.first(), coupon.rulings.last()) {
-        say!(
-            "  polish         sigma {:.3} to {:.3} mm in {} rulings; the shallowest is {:.2} um deep",
-            last.sigma_mm,
-            first.sigma_mm,
-            coupon.rulings.len(),
-            2e3 * last.amplitude_mm
-        );
-    }
-    say!(
-        "  index          {:.2} mm between the uprights at {}; {:.5} too high for a millimetre too far",
-        coupon.uprights_mm(plan.ior),
-        plan.ior,
-        coupon.ior_per_mm(plan.ior)
-    );
-    say!("\n  traced, and read by the rules of the page:");
-    for view in seen {
-        say!("  {:<44} {}", view.name, view.in_words());
-    }
 }

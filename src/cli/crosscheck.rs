@@ -2,7 +2,7 @@
 //! both see.
 
 use super::{
-    console::{self, say, say_part},
+    console::{self, say},
     machine::Machine,
     outcome::error_limit,
     outputs,
@@ -13,18 +13,19 @@ use super::{
 use crate::{
     failure::Failure,
     record::document,
+    report::text,
     spec::{Length, name_of},
     study::{
         bench::{exit_face_in_words, exit_face_of, scene_of},
         changed::changed_bench,
-        crosscheck::{levels_document, map_document},
+        crosscheck::{demand_image, demand_map, levels_document, map_document},
     },
 };
 use clap::ValueEnum;
 use glam::DVec2;
 use glasswarp_verify::{
     Image,
-    crosscheck::{Comparison, CrosscheckError, Distances, ImageAgreement, Job, MapAgreement, PERCENTILES, Renderer},
+    crosscheck::{Comparison, CrosscheckError, Job, Renderer},
     image_file,
 };
 use std::{
@@ -104,9 +105,6 @@ enum Mode {
     Image,
 }
 
-/// Rays that may land by one of both only, as a part of all.
-const CONTESTED: f64 = 1e-3;
-
 pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let side = side_files::of_block(&args.block, args.bench.as_deref())?;
     let (mesh, block, warnings) = open_block(&args.block, Some(&side), args.placing.placing())?;
@@ -161,7 +159,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
                 return Ok(());
             }
             let agreement = study.compare_map(&job, &ours).map_err(failed)?;
-            print_map(&agreement, job.quantum_mm());
+            console::text(&text::crosscheck::map(&agreement, job.quantum_mm()));
             console::result(document::Result::Crosscheck(document::Crosscheck {
                 map: Some(map_document(&agreement)),
                 ..found
@@ -176,7 +174,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
             }
             let (agreement, theirs) = study.compare_image(&job, &ours).map_err(failed)?;
             write_images(&folder, &ours, &theirs)?;
-            print_image(&agreement);
+            console::text(&text::crosscheck::image(&agreement));
             console::result(document::Result::Crosscheck(document::Crosscheck {
                 image: levels_document(&agreement),
                 ..found
@@ -200,70 +198,6 @@ fn rendered(args: &CrosscheckArgs, job: &Job) -> Result<bool, Failure> {
     job.run(args.program.as_deref()).map_err(failed)?;
     progress.finish();
     Ok(true)
-}
-
-fn print_map(agreement: &MapAgreement, quantum_mm: f64) {
-    say!("  rays           {} land by both, {} by one of them only", agreement.rays, agreement.contested);
-    say_part!("\nDistance between landing points, um     rms");
-    PERCENTILES.iter().for_each(|p| say_part!(" {:>8}", format!("{p} %")));
-    say!("    worst");
-    let line = |name: &str, d: &Distances| {
-        say_part!("  {name:<32} {:>8.2}", 1e3 * d.rms_mm);
-        d.percentiles_mm.iter().for_each(|mm| say_part!(" {:>8.2}", 1e3 * mm));
-        say!(" {:>8.2}", 1e3 * d.worst_mm);
-    };
-    line("same normals, interpolated", &agreement.smooth);
-    line("the spline surface", &agreement.spline);
-    let shift = 1e3 * agreement.smooth.shift_mm;
-    say!("  mean shift of the renderer's picture: ({:.3}, {:.3}) um", shift.x, shift.y);
-    if quantum_mm > 0.0 {
-        say!("  the renderer's picture has steps of {:.2} um", 1e3 * quantum_mm);
-    }
-}
-
-fn demand_map(agreement: &MapAgreement, limit: Option<f64>) -> Result<(), Failure> {
-    let Some(limit) = limit else { return Ok(()) };
-    let rms = agreement.smooth.rms_mm;
-    if rms.is_nan() || rms > limit {
-        let what =
-            format!("the landing points differ by {rms:.5} mm rms, above the limit of {limit} (--max-difference)");
-        return Err(Failure::BelowThreshold(what));
-    }
-    let (contested, rays) = (agreement.contested, agreement.rays);
-    if contested as f64 > CONTESTED * rays as f64 {
-        return Err(Failure::BelowThreshold(format!("{contested} rays land by one of both only, {rays} by both")));
-    }
-    Ok(())
-}
-
-fn print_image(agreement: &ImageAgreement) {
-    say!("\nRelative RMS difference    one run   its noise   without noise");
-    for level in &agreement.levels {
-        let pixels = format!("at {} pixels across", level.pixels);
-        say!("  {pixels:<24} {:>8.4} {:>11.4} {:>15.4}", level.rel_rms, level.noise, level.without_noise);
-    }
-    say!("  over the inner nine tenths of the window, all images normalised to the mean 1");
-    if agreement.black > 0 {
-        say!(
-            "  {} of {} pixels are black in the renderer's picture only, and were left out",
-            agreement.black,
-            agreement.pixels
-        );
-    }
-}
-
-fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Failure> {
-    let Some(limit) = limit else { return Ok(()) };
-    let level = agreement.levels.get(1).ok_or_else(|| {
-        Failure::Usage("there are too few pixels to compare (--max-difference): take more --pixels".into())
-    })?;
-    if level.rel_rms.is_nan() || level.rel_rms > limit {
-        return Err(Failure::BelowThreshold(format!(
-            "the caustics differ by {:.4} (relative RMS at {} pixels), above the limit of {limit} (--max-difference)",
-            level.rel_rms, level.pixels
-        )));
-    }
-    Ok(())
 }
 
 /// The caustics that image mode compares.

@@ -6,7 +6,7 @@ use super::{
     machine::Machine,
     memory::{self, MemoryArgs},
     outcome::{error_limit, unless_within, with_flags},
-    outputs, print,
+    outputs,
     program::{self, PassArgs},
     progress::TerminalProgress,
     report_files::{self, file_record},
@@ -24,26 +24,16 @@ use crate::{
             self,
             design::{BlockDrawings, DesignPage, WEAKNESS},
         },
-        write_png,
+        text, write_png,
     },
-    solid::Origin,
     spec::{
         self, Settings,
         mistakes::{self, is_toml},
         name_of,
     },
     study::{
-        bench::{bench_document, exit_face_in_words, receiver_in_words},
-        budget::BudgetStep,
-        check::FaceForm,
-        design::Plan,
-        finish::Finished,
-        imperfect::ImperfectView,
-        judge::Judgement,
-        order::StockOrder,
-        placement::Placing,
-        verdict::seen_in_words,
-        verification::{DesignVerification, Seen},
+        bench::bench_document, budget::BudgetStep, check::FaceForm, design::Plan, finish::Finished, fits,
+        imperfect::ImperfectView, judge::Judgement, placement::Placing, verification::DesignVerification,
     },
 };
 use glasswarp_verify::load;
@@ -128,7 +118,8 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     // First of all, since they may change what is wanted.
     progress.finish();
     plan.warnings().iter().for_each(console::warn);
-    let expected = memory::check(&plan, &outputs, !args.no_verify, args.memory)?;
+    let read_back = (!args.no_verify).then(|| memory::read_back(&outputs));
+    let expected = fits::design(&plan, read_back, args.memory.free())?;
     // Before hours are spent on a picture that is read in two ways.
     let target = if args.no_verify { None } else { Some(plan.target_light(&Machine)?) };
     let start = Instant::now();
@@ -202,18 +193,21 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
     let pictures = pictures?;
     written?;
     console::verdict(&verdict);
-    print_for_maker(&plan, &outputs, report.as_deref(), &block, verification.as_ref());
+    let beside: BTreeSet<PathBuf> = outputs.iter().map(|output| path_beside(output)).collect();
+    let beside: Vec<&PathBuf> = beside.iter().chain(&report).collect();
+    console::text(&text::design::for_maker(&plan, (&outputs, &beside), &block, verification.as_ref()));
     if console::detailed() {
         say!("");
-        print_summary(&plan, &outputs, &block, solved, &notes);
+        console::text(&text::design::summary(&plan, &outputs, &block, solved, &notes));
         if !pictures.is_empty() {
-            say!("  pictures       {}", list(&pictures));
+            say!("  pictures       {}", text::list(&pictures));
         }
         if let Some(verification) = &verification {
-            print::judgement(&verification.judgement);
-            print::budget(&verification.steps, plan.bench.distance_mm());
-            verification.finished.iter().for_each(print::finished);
-            verification.imperfect.iter().for_each(|view| print::imperfect(view, &plan.settings));
+            console::text(&text::judgement::judgement(&verification.judgement));
+            console::text(&text::judgement::budget(&verification.steps, plan.bench.distance_mm()));
+            let (finished, imperfect) = (&verification.finished, &verification.imperfect);
+            finished.iter().for_each(|finished| console::text(&text::judgement::finished(finished)));
+            imperfect.iter().for_each(|view| console::text(&text::judgement::imperfect(view, &plan.settings)));
         }
     }
     block.summary.warnings.iter().for_each(console::warn);
@@ -362,99 +356,4 @@ fn default_output(named: &Path, picture: &Path) -> PathBuf {
     let folder = named.parent().and_then(Path::file_name).map(PathBuf::from);
     let name = if named == picture { stem(named) } else { folder.or_else(|| stem(named)) };
     name.unwrap_or_else(|| "block".into()).with_extension("stl")
-}
-
-/// Prints the few lines that a maker reads: what will be seen, what to send, what to order, what to
-/// watch.
-fn print_for_maker(
-    plan: &Plan,
-    outputs: &[PathBuf],
-    report: Option<&Path>,
-    block: &DesignedBlock,
-    verification: Option<&DesignVerification<'_>>,
-) {
-    if let Some(Seen { likeness, what, .. }) = verification.and_then(|verification| verification.seen.as_ref()) {
-        let (_, words) = seen_in_words(likeness.ssim);
-        say!("  seen     {words}: relative RMS {:.4}, SSIM {:.4}{what}", likeness.rel_rms, likeness.ssim);
-    }
-    let beside: BTreeSet<PathBuf> = outputs.iter().map(|output| side_files::path_beside(output)).collect();
-    let beside: Vec<PathBuf> = beside.into_iter().chain(report.map(Path::to_path_buf)).collect();
-    say!("  send     {}, with {}", list(outputs), list(&beside));
-    say!("  order    {}", StockOrder::of_design(&block.solid, &plan.settings).in_words());
-    let faults = verification.map(|verification| verification.faults.as_slice()).unwrap_or_default();
-    if !faults.is_empty() {
-        let faults: Vec<_> =
-            faults.iter().map(|fault| format!("{} makes it {:.3}", fault.name, fault.rel_rms)).collect();
-        say!("  watch    relative RMS: {}", faults.join(", "));
-    }
-}
-
-/// Prints what was made.
-fn print_summary(plan: &Plan, outputs: &[PathBuf], block: &DesignedBlock, solved: Duration, notes: &[String]) {
-    let (solid, bench) = (&block.solid, &plan.bench);
-    say!("{}", list(outputs));
-    if let Some(line) = plan.understood.line() {
-        say!("  picture        {line}");
-    }
-    say!(
-        "  block          {:.2} x {:.2} x {} mm, {}",
-        solid.surface().extent().width_mm,
-        solid.surface().extent().height_mm,
-        (solid.thickness_mm() * 1000.0).round() / 1000.0,
-        exit_face_in_words(bench.exit_face())
-    );
-    say!(
-        "  exit face      relief {:.2} mm, thinnest place {:.2} mm thick, {} x {} nodes",
-        block.surface.relief_mm(),
-        solid.thinnest_mm(),
-        plan.nodes.0,
-        plan.nodes.1
-    );
-    if let (Some(rim), Some(z)) = (solid.shape().rim, solid.rim_z_mm()) {
-        let stock = solid.stock_extent();
-        say!(
-            "  rim            {} mm wide, its plane {:.2} mm above the entry face; {:.2} x {:.2} mm in all",
-            rim.width_mm,
-            z - solid.entry_z_mm(),
-            stock.width_mm,
-            stock.height_mm
-        );
-    }
-    let skirt = 0.5 * (solid.surface().extent().width_mm - bench.block().width_mm);
-    if skirt > 0.0 {
-        say!(
-            "  skirt          the exit face goes on {skirt:.2} mm beyond the {:.2} x {:.2} mm that draw, for the light from the side; \
-             cover it for a picture without a glow around it",
-            bench.block().width_mm,
-            bench.block().height_mm
-        );
-    }
-    if solid.shape().origin != Origin::Exit {
-        say!("  origin         {}", solid.shape().origin.place());
-    }
-    say!("  light          {}", plan.light_in_words(solid.entry_z_mm()));
-    say!("  receiver       {}", receiver_in_words(bench, block.surface.range_mm().1));
-    print::requirements(&plan.requirements);
-    let stopped = block.summary.levels_at_limit();
-    let limit = if stopped > 0 {
-        format!(", {stopped} of {} levels stopped at the iteration limit", block.summary.levels.len())
-    } else {
-        String::new()
-    };
-    say!(
-        "  solver         {}, {} iterations, {:.2} s{limit}",
-        name_of(plan.solver),
-        block.summary.iterations(),
-        solved.as_secs_f64()
-    );
-    for note in &block.summary.notes {
-        say!("                 {note}");
-    }
-    for note in notes {
-        say!("  {note}");
-    }
-}
-
-fn list(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
 }

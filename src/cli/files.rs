@@ -12,7 +12,11 @@ use crate::{
     grid::Outline,
     pipeline::DesignedBlock,
     record::{PictureRecord, SideFile},
-    report::{pages::design::pictures, write_png},
+    report::{
+        pages::design::pictures,
+        text::design::{height_map_note, step_note},
+        write_png,
+    },
     spec::Settings,
     study::{
         bench::{record_of, record_with},
@@ -229,31 +233,5 @@ fn write_step(plan: &Plan, output: &Path, block: &DesignedBlock, design: &Design
     let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
     export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
         .map_err(Failure::writing)?;
-    let points = fit.net.points();
-    let (name, error) = (output.display(), &fit.error);
-    if points == plan.nodes {
-        return Ok(format!("{name}: {} x {} control points, the spline through all nodes", points.0, points.1));
-    }
-    Ok(format!(
-        "{name}: {} x {} control points, a fit to the nodes; at most {:.5} um from the heights, rms {:.5} um, slope {:.3} urad rms",
-        points.0,
-        points.1,
-        1e3 * error.greatest_mm,
-        1e3 * error.rms_mm,
-        1e6 * error.slope_rms
-    ))
-}
-
-fn height_map_note(output: &Path, map: &HeightMap) -> String {
-    let (low, high) = map.range_mm();
-    let (pitch, size) = (map.pitch_mm(), map.picture_size_mm());
-    format!(
-        "{}: {:.6} x {:.6} mm per pixel, {:.3} x {:.3} mm, black {low:.4} mm, white {high:.4} mm ({:.4} mm deep)",
-        output.display(),
-        pitch.x,
-        pitch.y,
-        size.x,
-        size.y,
-        high - low
-    )
+    Ok(step_note(output, &fit, plan.nodes))
 }

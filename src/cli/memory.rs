@@ -1,14 +1,11 @@
-//! Memory: what a command will take, and what the machine has.
+//! Memory: what this machine has, and whether a command shall care.
 
 use crate::{
     export::Format,
-    failure::Failure,
     irradiance::Picture,
-    memory::{self, Bytes, Load},
-    pipeline,
-    study::{design::Plan, judge::Examiner},
+    memory::Bytes,
+    study::fits::{Free, ReadBack},
 };
-use glasswarp_verify::Window;
 use std::path::PathBuf;
 
 /// What every command that asks how much memory there is lets be said.
@@ -19,105 +16,18 @@ pub(crate) struct MemoryArgs {
     ignore_memory: bool,
 }
 
-/// Refuses a design that would not fit into the memory that is free, and says what would. Returns
-/// what it is expected to take.
-pub(crate) fn check(plan: &Plan, outputs: &[PathBuf], verified: bool, args: MemoryArgs) -> Result<Bytes, Failure> {
-    let load = |nodes: (usize, usize)| {
-        let load = load_of(plan, nodes);
-        if !verified {
-            return load;
-        }
-        let with_normals = |path: &&PathBuf| matches!(Format::from_path(path), Ok(Format::Obj | Format::Glb));
-        let with_normals = outputs.iter().filter(with_normals).count();
-        load.verified(with_normals, outputs.len().saturating_sub(1 + with_normals))
-    };
-    let others = "write fewer files, leave out the verification (--no-verify), ";
-    demand_nodes(plan, load, "this design", others, args)
-}
-
-/// The same for a preview.
-pub(crate) fn check_preview(plan: &Plan, args: MemoryArgs) -> Result<Bytes, Failure> {
-    demand_nodes(plan, |nodes| load_of(plan, nodes), "this preview", "", args)
-}
-
-/// The same for a design that is looked at, at so many pixels across, and not written.
-pub(crate) fn check_look(plan: &Plan, across: usize, args: MemoryArgs) -> Result<Bytes, Failure> {
-    let (nx, ny) = pixels_of(plan);
-    let across = across.min(nx);
-    let judged = (across, (across * ny).div_ceil(nx));
-    demand_nodes(plan, |nodes| load_of(plan, nodes).judged_at(judged).verified(0, 0), "this design", "", args)
-}
-
-fn pixels_of(plan: &Plan) -> (usize, usize) {
-    let cells = plan.target.cells();
-    (cells.nx(), cells.ny())
-}
-
-/// What a plan is made of, with other nodes.
-fn load_of(plan: &Plan, nodes: (usize, usize)) -> Load {
-    let pixels = pixels_of(plan);
-    Load::new(nodes, pixels, plan.memory_of_solver(pixels, nodes))
-}
-
-fn demand_nodes(
-    plan: &Plan,
-    load: impl Fn((usize, usize)) -> Load,
-    what: &str,
-    others: &str,
-    args: MemoryArgs,
-) -> Result<Bytes, Failure> {
-    demand(what, load(plan.nodes).peak(), args, |free| {
-        // As `Plan` makes a grid of the flag.
-        let contour = plan.bench.contour();
-        let at = |across: usize| {
-            pipeline::node_grid(plan.bench.block(), pipeline::nodes_within(&contour, across)).ok().map(&load)
-        };
-        let limits = (pipeline::LEAST_NODES, pipeline::GREATEST_NODES);
-        let remedy = match memory::most_nodes_within(free, limits, at) {
-            Some(across) => format!("take at most --nodes {across}"),
-            None => "take a smaller picture".into(),
-        };
-        format!("{remedy}, {others}")
-    })
-}
-
-/// Refuses to look at a file at more pixels than fit into the memory that is free. More than any
-/// window holds are the tracer's to refuse.
-pub(crate) fn check_pixels(examiner: &Examiner, args: MemoryArgs) -> Result<(), Failure> {
-    let (nx, ny) = examiner.pixels();
-    if nx * ny > Window::MOST_PIXELS {
-        return Ok(());
+impl MemoryArgs {
+    /// What may be taken.
+    pub(crate) fn free(self) -> Free {
+        if self.ignore_memory { Free::Unlimited } else { free().map_or(Free::Unlimited, Free::Of) }
     }
-    demand(&format!("looking at {nx} x {ny} pixels"), memory::of_looking((nx, ny)), args, |free| {
-        let fits = |across: &usize| memory::of_looking((*across, (across * ny).div_ceil(nx))) <= free;
-        match (LEAST_PIXELS..nx).rev().find(fits) {
-            Some(across) => format!("take at most --pixels {across}, "),
-            None => String::new(),
-        }
-    })
-    .map(drop)
 }
 
-/// The least number of pixels across that can be asked for.
-const LEAST_PIXELS: usize = 8;
-
-/// Refuses what is expected to take more than is free. `remedies` says what would fit, each
-/// followed by a comma.
-fn demand(
-    what: &str,
-    expected: Bytes,
-    MemoryArgs { ignore_memory }: MemoryArgs,
-    remedies: impl Fn(Bytes) -> String,
-) -> Result<Bytes, Failure> {
-    let free = free();
-    tracing::info!(%expected, free = free.map(tracing::field::display), "memory");
-    match free {
-        Some(free) if expected > free && !ignore_memory => Err(Failure::Usage(format!(
-            "{what} takes about {expected} of memory, and {free} are free: {}close other programs, or try all the same (--ignore-memory)",
-            remedies(free)
-        ))),
-        _ => Ok(expected),
-    }
+/// How many files of which kind are read back.
+pub(crate) fn read_back(outputs: &[PathBuf]) -> ReadBack {
+    let with_normals = |path: &&PathBuf| matches!(Format::from_path(path), Ok(Format::Obj | Format::Glb));
+    let with_normals = outputs.iter().filter(with_normals).count();
+    ReadBack { with_normals, others: outputs.len().saturating_sub(1 + with_normals) }
 }
 
 /// Bytes that reading a picture may take.

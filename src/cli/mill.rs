@@ -1,7 +1,6 @@
 //! `glasswarp mill`: a block milled and polished in simulation, and its picture after every step.
 
 use super::{
-    check::exposure,
     console::{self, say},
     design::stem,
     machine::{Machine, has_extension},
@@ -21,13 +20,14 @@ use crate::{
     report::{
         self,
         pages::{
+            common::exposure_of,
             found::{FoundPage, ReportedFile},
             maps,
         },
+        text,
     },
     spec::{CutterList, Feed, Host, Length},
     study::{
-        bench::{exit_face, exit_face_in_words},
         cutters::{CutterRequirements, CutterTrial, cheapest},
         mill::{MillStep, MillStudy},
         side_record::side_file,
@@ -157,9 +157,11 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     progress.finish();
     let study = study?;
     console::verdict(&verdict);
-    print(args, &piece, &study);
+    let name = args.block.display().to_string();
+    console::text(&text::mill::steps(&name, &piece, &study, args.feed));
     for output in pictures {
-        report::write_png(output, &maps::milling(&piece, &study, exposure(&piece))).map_err(Failure::writing)?;
+        report::write_png(output, &maps::milling(&piece, &study, exposure_of(&piece.ideal, &piece)))
+            .map_err(Failure::writing)?;
     }
     if !blocks.is_empty() {
         write_blocks(args, &piece, &study, &blocks)?;
@@ -168,15 +170,20 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     let plan = args.write.plan(pass, args.feed);
     let programs = program::write(&programs, &piece, &plan, (&side, polish), &progress)?;
     if let Some(path) = &report {
-        let name = args.block.display().to_string();
         let record = file_record(&args.block, None)?;
         let file = ReportedFile { name: &name, title: stem(&args.block), record, command: command() };
-        FoundPage::of_milling(file, &piece, (&study, &verdict, with_flags), args.feed, exposure(&piece))?
-            .write(path)?;
+        FoundPage::of_milling(
+            file,
+            &piece,
+            (&study, &verdict, with_flags),
+            args.feed,
+            exposure_of(&piece.ideal, &piece),
+        )?
+        .write(path)?;
         say!("\n  report         {}", path.display());
     }
     console::result(document::Result::Mill(document::Mill {
-        file: args.block.display().to_string(),
+        file: name,
         verdict: verdict.document(with_flags),
         cutter: pass.cutter.to_string(),
         step_over_mm: pass.step_over_mm,
@@ -195,17 +202,8 @@ fn choose(path: &Path, piece: &Workpiece, requirements: &CutterRequirements) -> 
     let list = CutterList::parse(&Machine.text(path)?, path)?;
     let progress = TerminalProgress::new();
     say!("Cutters of {} for a relative RMS error of {}:", path.display(), requirements.error);
-    say!("  {:<28} {:>10} {:>10} {:>10} {:>9}", "cutter", "step-over", "error", "way m", "minutes");
-    let tell = |CutterTrial { name, best }: &CutterTrial| match best {
-        Some(best) => say!(
-            "  {name:<28} {:>10} {:>10.4} {:>10.1} {:>9.0}",
-            best.pass.step_over_mm,
-            best.error,
-            1e-3 * best.length_mm,
-            best.minutes
-        ),
-        None => say!("  {name:<28} {:>10}", "none"),
-    };
+    console::text(&text::mill::trial_header());
+    let tell = |trial: &CutterTrial| console::text(&text::mill::trial(trial));
     let chosen = cheapest(&list, piece, requirements, &progress, tell);
     progress.finish();
     match chosen? {
@@ -218,41 +216,6 @@ fn choose(path: &Path, piece: &Workpiece, requirements: &CutterRequirements) -> 
             path.display(),
             requirements.error
         ))),
-    }
-}
-
-fn print(args: &MillArgs, piece: &Workpiece, study: &MillStudy) {
-    let (extent, bench) = (piece.surface.extent(), &piece.side.bench);
-    say!(
-        "{}: {:.2} x {:.2} mm, {}, receiver {} mm from the mean exit plane",
-        args.block.display(),
-        extent.width_mm,
-        extent.height_mm,
-        exit_face_in_words(exit_face(bench)),
-        bench.distance_mm
-    );
-    let cost = &study.cost;
-    say!(
-        "  rows           {} along {}, {:.1} m in all, {:.0} min at {} (without acceleration)",
-        cost.rows,
-        study.pass.direction,
-        1e-3 * cost.length_mm,
-        cost.minutes(args.feed.mm_per_minute),
-        args.feed
-    );
-    if let Some((scallop, deflection_mm)) = &study.scallop {
-        say!(
-            "  scallops       {:.3} um high, slope {:.5}, which throws light {deflection_mm:.3} mm to either side",
-            1e3 * scallop.height_mm,
-            scallop.slope
-        );
-    }
-    study.unreached.iter().for_each(|unreached| say!("  rim            {}", unreached.in_words()));
-    let (nx, ny) = piece.examiner.pixels();
-    say!("\nThe picture after every step ({nx} x {ny} pixels)             relative RMS     SSIM        nodes");
-    for MillStep { name, surface, view, .. } in &study.steps {
-        let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
-        say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
     }
 }
 

@@ -16,7 +16,6 @@ mod outcome;
 mod outputs;
 mod presets;
 mod preview;
-mod print;
 mod program;
 mod progress;
 mod ready;

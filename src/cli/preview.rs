@@ -1,10 +1,10 @@
 //! `glasswarp preview`: what a picture would become, before a design is waited for.
 
 use super::{
-    console::{self, say},
+    console,
     design::placed,
     machine::{Machine, has_extension},
-    memory::{self, MemoryArgs},
+    memory::MemoryArgs,
     outputs,
     progress::TerminalProgress,
     report_files,
@@ -12,12 +12,9 @@ use super::{
 use crate::{
     failure::Failure,
     record::document,
-    report::{
-        pages::{common::mm, preview::PreviewPage},
-        write_png,
-    },
+    report::{pages::preview::PreviewPage, text, write_png},
     spec::{self, QualityName, Settings, SolverName},
-    study::{bench::bench_document, budget::double_precision, design::Plan, judge::Examiner, workpiece::view_of},
+    study::{bench::bench_document, budget::double_precision, design::Plan, fits, judge::Examiner, workpiece::view_of},
 };
 use std::path::PathBuf;
 
@@ -61,7 +58,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     outputs::plan(inputs.into_iter().chain(settings.files()), outputs.iter().cloned())?;
     let progress = TerminalProgress::new();
     let plan = Plan::new(picture, settings, &Machine, &progress).map_err(|failure| placed(failure, &args.picture))?;
-    memory::check_preview(&plan, args.memory)?;
+    fits::preview(&plan, args.memory.free())?;
     let block = plan.design(&progress);
     progress.finish();
     let block = block?;
@@ -77,7 +74,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
             page.write(output)?;
         }
     }
-    print(&page, &outputs);
+    console::text(&text::preview::preview(&page, &outputs));
     console::result(document::Result::Preview(document::Preview {
         files: document::texts(&outputs),
         block: plan.document(&block),
@@ -87,27 +84,4 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     }));
     page.warnings().into_iter().for_each(console::warn);
     Ok(())
-}
-
-fn print(page: &PreviewPage<'_>, outputs: &[PathBuf]) {
-    let (plan, block, metrics) = (page.plan, page.block, &page.view.metrics);
-    let names: Vec<String> = outputs.iter().map(|path| path.display().to_string()).collect();
-    say!("{}", names.join(", "));
-    if let Some(line) = plan.understood.line() {
-        say!("  picture        {line}");
-    }
-    say!("  a preview      draft on {} x {} nodes, not to be made", plan.nodes.0, plan.nodes.1);
-    say!(
-        "  block          {:.2} x {:.2} mm, a sheet of {} mm, {:.2} mm at its thinnest place",
-        plan.bench.block().width_mm,
-        plan.bench.block().height_mm,
-        mm(block.solid.thickness_mm()),
-        block.solid.thinnest_mm()
-    );
-    say!("  relief         {:.2} mm", block.surface.relief_mm());
-    say!(
-        "  expected error below that of this draft, {:.3} relative RMS (SSIM {:.3}): 'glasswarp design' comes nearer",
-        metrics.rel_rms,
-        metrics.ssim
-    );
 }

@@ -3,6 +3,7 @@
 
 use super::{
     console::{self, say},
+    design::stem,
     machine::{IrradianceFile, has_extension, read_mesh},
     outcome::unless_within,
     outputs,
@@ -13,12 +14,14 @@ use crate::{
     export::write_atomically,
     fabricate::{CHORD_MM, Cutter, Direction, Machining, Pass, Pattern, Post, Roughing, Sense},
     failure::Failure,
-    irradiance::Transfer,
     record::{SideFile, document},
-    report::{self, Exposure, pages::maps},
+    report::{
+        self,
+        pages::{common::exposure_of, maps},
+        text,
+    },
     spec::{Feed, Length, NumberedTool, SmallLength, StockSize, Travel, UnitsName, ZeroPlace},
     study::{
-        mill::MillStep,
         placement::Placing,
         program::{ProgramPlan, ProgramQuestion, ProgramStudy, ProgramWarning, WrittenProgram, Zero},
         verdict::Verdict,
@@ -202,12 +205,12 @@ pub(super) fn write(
     let mut documents = Vec::new();
     for output in outputs {
         let name = output.display().to_string();
-        let written = WrittenProgram::of(piece, plan, (&title(output), &hash_of(side)?), polish, progress);
+        let written = WrittenProgram::of(piece, plan, (&stem(output), &hash_of(side)?), polish, progress);
         progress.finish();
-        let WrittenProgram { text, study } = written?;
-        write_atomically(output, |out| out.write_all(&text)).map_err(Failure::writing)?;
+        let WrittenProgram { text: program, study } = written?;
+        write_atomically(output, |out| out.write_all(&program)).map_err(Failure::writing)?;
         say!("");
-        print(output, &study, f64::INFINITY);
+        console::text(&text::program::program(&name, &study, None));
         study.diagnoses.iter().for_each(console::warn);
         documents.push(study.document(&name, vec![name.clone()]));
     }
@@ -267,11 +270,6 @@ impl ProgramArgs {
     }
 }
 
-/// The name of a file without its extension.
-fn title(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 /// A look at a program.
 pub(super) struct Look<'a> {
     /// What is said of the machine.
@@ -321,10 +319,15 @@ pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
         verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it");
         console::verdict(&verdict);
     }
-    print(program, &study, question.dynamics.acceleration);
+    let acceleration = Some(question.dynamics.acceleration).filter(|most| most.is_finite());
+    console::text(&text::program::program(
+        &program.display().to_string(),
+        &study,
+        acceleration.map(|most| (most, CORNER_MM)),
+    ));
     study.faults.list.iter().for_each(|fault| console::warn(fault.in_words()));
     study.diagnoses.iter().for_each(console::warn);
-    let exposure = Exposure::of(&piece.ideal, piece.side.design.transfer.map_or(Transfer::Srgb, Transfer::from));
+    let exposure = exposure_of(&piece.ideal, &piece);
     if let Some(path) = &sheet {
         report::write_png(path, &maps::program(&piece, &study, exposure)).map_err(Failure::writing)?;
         say!("  pictures       {}", path.display());
@@ -370,58 +373,4 @@ fn block_of(program: &Path, args: &Look<'_>, side: &SideFile) -> Result<PathBuf,
             side.files.keys().cloned().collect::<Vec<_>>().join(", ")
         ))
     })
-}
-
-fn print(program: &Path, study: &ProgramStudy, acceleration: f64) {
-    let survey = &study.survey;
-    let tools: Vec<String> = study
-        .tools
-        .iter()
-        .map(|(number, tool)| if *number == 0 { tool.in_words() } else { format!("T{number}: {}", tool.in_words()) })
-        .collect();
-    say!("{}: {} moves, cut with {}", program.display(), survey.moves, tools.join("; "));
-    say!("  way            {:.1} m fed, {:.1} m of rapids", 1e-3 * survey.feed_mm, 1e-3 * survey.rapid_mm);
-    let how = if acceleration.is_finite() {
-        format!("with {acceleration} mm/s2; corners {}", study.corners_in_words(CORNER_MM))
-    } else {
-        "by feeds alone (--acceleration tells more)".to_owned()
-    };
-    say!("  time           {:.1} min {how}", survey.seconds / 60.0);
-    let feeds: Vec<f64> = survey.feeds.iter().map(|(feed, _)| *feed).collect();
-    if let (Some(least), Some(most)) = (feeds.iter().copied().reduce(f64::min), feeds.iter().copied().reduce(f64::max))
-    {
-        let range = if least == most { format!("{least}") } else { format!("{least} to {most}") };
-        say!("  feed           {range} mm/min, changed {} times", survey.feed_changes);
-    }
-    let (low, high) = survey.bounds;
-    say!(
-        "  reaches        x {:.3} to {:.3}, y {:.3} to {:.3}, z {:.3} to {:.3} mm",
-        low.x,
-        high.x,
-        low.y,
-        high.y,
-        low.z,
-        high.z
-    );
-    if let Some((depth, line)) = study.faults.deepest {
-        say!("  deepest cut    {depth:.3} mm, in line {line}");
-    }
-    let off = &study.deviation;
-    say!(
-        "  off the design {:.3} um rms, mean {:+.3}; 99 of 100 places within {:.3} and {:+.3} um",
-        off.rms_um,
-        off.mean_um,
-        off.range_um.0,
-        off.range_um.1
-    );
-    let (greatest, at) = off.greatest;
-    say!("                 at most {greatest:+.3} um, at ({:.2}, {:.2}) mm from the middle of the face", at.x, at.y);
-    if off.untouched > 0.0 {
-        say!("  untouched      {:.1} % of the face is as high as the stock", 100.0 * off.untouched);
-    }
-    say!("\nThe picture after every step                               relative RMS     SSIM        nodes");
-    for MillStep { name, surface, view, .. } in &study.steps {
-        let nodes = format!("{} x {}", surface.heights_mm().nx(), surface.heights_mm().ny());
-        say!("  {name:<53} {:>12.4} {:>8.4} {nodes:>12}", view.metrics.rel_rms, view.metrics.ssim);
-    }
 }

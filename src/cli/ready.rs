@@ -2,7 +2,6 @@
 //! for maker and shop.
 
 use super::{
-    check::exposure_of,
     console::{self, say},
     design::stem,
     machine::{Machine, has_extension},
@@ -16,7 +15,7 @@ use crate::{
     fabricate::{Cutter, Direction},
     failure::Failure,
     record::document,
-    report::pages::ready::ReadyPage,
+    report::pages::{common::exposure_of, ready::ReadyPage},
     spec::{Angle, Feed, Length, SourceName},
     study::{
         check::{FaceForm, Shop},

@@ -5,12 +5,13 @@ use super::{
     console::{self, say},
     machine::{IrradianceFile, Machine},
     outcome::{error_limit, unless_within},
-    outputs, print,
+    outputs,
     side_files::hash_of,
 };
 use crate::{
     failure::Failure,
     record::document,
+    report::text,
     spec::{Settings, TransferName},
     study::{crosscheck::tally_document, target_light},
 };
@@ -63,7 +64,7 @@ pub(crate) fn trace(
     let hash = hash_of(block)?;
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
     say!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
-    print_tally(&tally);
+    console::text(&text::tally::photons(&tally));
     let error = wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()?;
     console::result(document::Result::Tally(tally_document(&tally, error)));
     Ok(error)
@@ -73,17 +74,7 @@ pub(crate) fn trace(
 fn judge_tally(tally: &PhotonTally, wanted: &Image) -> Result<UnbiasedError, Failure> {
     let error = tally.error_against(wanted).map_err(Failure::refused)?;
     let m = metrics::compare(&tally.image(), wanted).map_err(Failure::refused)?;
-    say!("\nDoes the light draw the picture? (by photons, {} x {} pixels)", wanted.nx, wanted.ny);
-    say!(
-        "  relative RMS   {:.5} +- {:.5}, less the noise; {:.5} with it",
-        error.rel_rms(),
-        error.rel_rms_error(),
-        m.rel_rms
-    );
-    say!("  PSNR           {:.2} dB, with the noise", m.psnr_db);
-    say!("  SSIM           {:.4}, with the noise", m.ssim);
-    say!("  black level    {:.4} of the mean, {:.4} in the picture", m.black_level, m.target_black_level);
-    say!("  contrast       {:.1}, {:.1} in the picture", m.contrast, m.target_contrast);
+    console::text(&text::tally::judgement(wanted, &m, error));
     Ok(error)
 }
 
@@ -147,15 +138,8 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         IrradianceFile::of(output)?.write(output, &image, peak)?;
     }
     say!("{} tallies", args.tallies.len());
-    print_tally(&tally);
+    console::text(&text::tally::photons(&tally));
     let error = wanted(args, &tally)?.map(|wanted| judge_tally(&tally, &wanted)).transpose()?;
     console::result(document::Result::Tally(tally_document(&tally, error)));
     demand(error, args.max_error)
-}
-
-fn print_tally(tally: &PhotonTally) {
-    let complete = if tally.is_complete() { "the whole run" } else { "a part of the run" };
-    say!("  photons        {:.6} million, {complete}", tally.photons() as f64 / 1e6);
-    say!("  noise          {:.5} of the mean irradiance (root mean square over pixels)", tally.noise());
-    print::flux(&tally.flux());
 }

@@ -1,9 +1,9 @@
 //! `glasswarp verify --sweep`: how the errors change with the bench.
 
 use super::{
-    console::{self, say},
+    console,
     machine::{Machine, has_extension},
-    memory::{self, MemoryArgs},
+    memory::MemoryArgs,
     progress::TerminalProgress,
     side_files::open_workpiece,
 };
@@ -14,10 +14,12 @@ use crate::{
     report::{
         self,
         pages::sweep::{curves, layers, table},
+        text,
     },
     spec::{Quantity, Range},
     study::{
         design::Plan,
+        fits,
         placement::Placing,
         sweep::{Law, SweepPoint, Swept},
     },
@@ -46,16 +48,16 @@ pub(crate) fn run(
     let built = as_built
         .map(|path| open_workpiece(path, named, Placing::Righted, (None, None), pixels, &progress))
         .transpose()?;
-    built.iter().try_for_each(|piece| memory::check_pixels(&piece.examiner, memory))?;
-    let fits = |plan: &Plan| memory::check_look(plan, pixels, memory).map(drop);
+    built.iter().try_for_each(|piece| fits::pixels(&piece.examiner, memory.free()))?;
+    let fits = |plan: &Plan| fits::look(plan, pixels, memory.free()).map(drop);
     let swept = built.as_ref().map_or(Swept::Design(side, &picture), Swept::AsBuilt);
     let mut points = Vec::new();
     let mut refused = None;
-    print_header(range.quantity);
+    console::text(&text::sweep::header(range.quantity));
     for value in range.values(steps) {
         match swept.at(range, value, pixels, &Machine, &fits) {
             Ok(point) => {
-                print(&point);
+                console::text(&text::sweep::point(&point));
                 points.push(point);
             }
             // Some benches cannot draw the picture; the others still can.
@@ -71,12 +73,7 @@ pub(crate) fn run(
     }
     // One block has one relief: its light follows another law.
     if let (None, Some(law)) = (&built, Law::fit(&points)) {
-        say!(
-            "\nThe plane moves the light by {:.2} r / (1 + {:.2} r) of its mean, r = relief / distance, within {:.1} %.",
-            law.a,
-            law.b,
-            100.0 * law.residual
-        );
+        console::text(&text::sweep::law(&law));
     }
     console::result(document::Result::Sweep(document::Sweep {
         swept: range.quantity.column().to_owned(),
@@ -87,16 +84,6 @@ pub(crate) fn run(
         kind.write(path, range.quantity, &points)?;
     }
     Ok(())
-}
-
-fn print_header(quantity: Quantity) {
-    say!("{:>12} {:>10}   relative RMS:", quantity.column(), "relief mm");
-    say!("{:>23} {:>10} {:>10} {:>10} {:>10}   plane moves by", "", "displaced", "plane", "smooth", "facets");
-}
-
-fn print(point: &SweepPoint) {
-    let errors = point.views.iter().map(|view| format!(" {:>10.4}", view.rel_rms)).collect::<String>();
-    say!("{:>12} {:>10.3}{errors} {:>16.4}", point.value, point.relief_mm, point.plane_moves);
 }
 
 /// A file of a sweep, by its extension.

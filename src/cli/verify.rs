@@ -5,9 +5,9 @@ use super::{
     console::{self, say},
     design::{demand, stem},
     machine::{IrradianceFile, Machine, read_mesh},
-    memory::{self, MemoryArgs},
+    memory::MemoryArgs,
     outcome::error_limit,
-    outputs, print,
+    outputs,
     program::{self, ProgramArgs},
     progress::TerminalProgress,
     report_files::{self, command, file_record},
@@ -22,14 +22,16 @@ use crate::{
     report::{
         Exposure,
         pages::found::{FoundLight, FoundPage, ReportedFile},
+        text,
     },
     spec::{Length, Range, Settings, Shard, TransferName},
     study::{
-        bench::{bench_document, exit_face_in_words, exit_face_of},
+        bench::bench_document,
         budget::{self, BudgetStep},
         changed::{scene_of_file, with_window},
         diagnosis,
         finish::Finished,
+        fits,
         imperfect::{ImperfectView, spread},
         judge::{self, Examiner, Subject},
         placement::{Opened, Placing},
@@ -38,7 +40,7 @@ use crate::{
     },
 };
 use clap::{Args, Subcommand, ValueEnum};
-use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface, dispersion::LINES_NM};
+use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface};
 use std::{
     path::{Path, PathBuf},
     str::FromStr,
@@ -316,7 +318,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let surface = args.surface.map(Surface::from);
     let examiner = Examiner::new(scene.clone(), target, args.pixels as usize).with_surface(surface, fresnel);
-    memory::check_pixels(&examiner, args.memory)?;
+    fits::pixels(&examiner, args.memory.free())?;
     let shard = args.shard.unwrap_or(Shard { index: 0, of: 1 });
     let plan =
         PhotonPlan::new(args.photons, args.seed).with_replicates(args.replicates).with_shard(shard.index, shard.of);
@@ -341,22 +343,22 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     }
     let steps = budget::of_file(&subject, &examiner, &judgement)?;
     progress.finish();
-    print_subject(block, &subject, &scene, offset);
-    print::judgement(&judgement);
-    print::budget(&steps, scene.distance_mm);
+    console::text(&text::judgement::subject(&name, &subject, &scene, offset));
+    console::text(&text::judgement::judgement(&judgement));
+    console::text(&text::judgement::budget(&steps, scene.distance_mm));
     // A block that has not been finished yet is judged as it will be.
     let finish = side.as_ref().filter(|side| side.work.is_none()).and_then(|side| side.design.finish);
     let finished = finish
         .filter(|_| examiner.target().is_some())
         .map(|finish| Finished::of(finish, &subject, &examiner))
         .transpose()?;
-    finished.iter().for_each(print::finished);
+    finished.iter().for_each(|finished| console::text(&text::judgement::finished(finished)));
     let imperfect = match (&side, &target_light) {
         (Some(side), Some(target)) => ImperfectView::of(&subject, &scene, target, &side.design, &plan, &Machine)?,
         _ => None,
     };
     if let (Some(view), Some(side)) = (&imperfect, &side) {
-        print::imperfect(view, &side.design);
+        console::text(&text::judgement::imperfect(view, &side.design));
     }
     let white = args.white.as_ref().map(|output| white(output, &subject, &examiner, side.as_ref())).transpose()?;
     console::result(document::Result::Verify(Box::new(document::Verify {
@@ -400,25 +402,6 @@ fn no_side_file(block: &Path) -> Failure {
     side_files::missing(block, ", or give --ior and --distance")
 }
 
-fn print_subject(block: &Path, subject: &Subject, scene: &Scene, offset: Option<f64>) {
-    let size = subject.size_mm();
-    let (what, from) = match subject {
-        Subject::Block(_) => ("block", "the mean exit plane"),
-        Subject::Solid(_) => ("solid, traced as its flat triangles", "z = 0"),
-    };
-    say!(
-        "{}: {what}, {:.2} x {:.2} mm, {}, receiver {} mm from {from}, window {:.2} x {:.2} mm{}",
-        block.display(),
-        size.x,
-        size.y,
-        exit_face_in_words(exit_face_of(scene)),
-        scene.distance_mm,
-        scene.window.size_mm.x,
-        scene.window.size_mm.y,
-        offset.map(|offset| format!(", offset {offset}")).unwrap_or_default()
-    );
-}
-
 /// Looks at a block in white light, and writes its picture.
 fn white(
     output: &Path,
@@ -429,19 +412,7 @@ fn white(
     let scene = examiner.scene_for(subject);
     let white = WhiteLight::of(subject, &scene, side.map(|side| &side.design), examiner.beams())?;
     IrradianceFile::of(output)?.write_rgb(output, &white.rgb)?;
-    let fringing = &white.fringing;
-    say!("\nIn white light ({}, designed for {} nm)", white.material, white.designed_nm);
-    say!(
-        "  colours part   {:.3} mm rms, {:.3} mm at most, between {} nm (index {:.4}) and {} nm (index {:.4})",
-        fringing.rms_mm,
-        fringing.worst_mm,
-        LINES_NM[0],
-        fringing.ior[0],
-        LINES_NM[1],
-        fringing.ior[1]
-    );
-    say!("  brightness     {:.4} relative RMS from the light of one colour", fringing.rel_rms);
-    say!("  picture        {}", output.display());
+    console::text(&text::judgement::white(&white, &output.display().to_string()));
     Ok(white)
 }
 

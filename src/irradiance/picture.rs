@@ -5,6 +5,7 @@ mod canvas;
 mod colour;
 mod curve;
 mod decode;
+mod dwa;
 mod edits;
 mod error;
 mod exr;

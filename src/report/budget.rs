@@ -14,9 +14,19 @@ use image::{GrayImage, imageops};
 pub struct Cost {
     /// What is looked at.
     pub name: String,
-    /// Relative RMS error of its light against the target, and by how much it alone moves the
-    /// light. `None` if it is known to be that of another step, as the name says.
-    pub errors: Option<(f64, f64)>,
+    /// `None` if it is known to be that of another step, as the name says.
+    pub errors: Option<CostErrors>,
+}
+
+/// What is wrong with the light of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CostErrors {
+    /// Relative RMS error against the target.
+    pub rel_rms: f64,
+    /// Structural similarity to the target.
+    pub ssim: f64,
+    /// By how much the step alone moves the light, as relative RMS.
+    pub moved: f64,
 }
 
 const MARGIN: u32 = 16;
@@ -26,7 +36,7 @@ const SMALL: u32 = 150;
 const RISES: [u32; 3] = [34, 48, 78];
 const BARS: f64 = 560.0;
 /// Room for figures beyond the longest bar.
-const BEYOND: f64 = 90.0;
+const BEYOND: f64 = 150.0;
 const HEAD: u32 = 58;
 const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
 const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };
@@ -36,11 +46,6 @@ const BAR: u8 = 90;
 const THICK: f64 = 12.0;
 /// Figures along the axis of errors.
 const TICKS: [f64; 8] = [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0];
-/// What the eye makes of a relative RMS error, as the tutorial says, up to the end of each band,
-/// and its grey.
-const BANDS: [(f64, &str, u8); 3] =
-    [(0.01, "not seen", 255), (0.1, "seen beside the picture", 246), (1.0, "seen at once", 236)];
-
 /// How far along the axis an error lies, from 0 to 1.
 ///
 /// The axis is that of the error's square root. Along a logarithm, .08 and .30 look alike, though
@@ -91,24 +96,12 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
     let mut sheet = Svg::new(end as u32 + MARGIN, total);
     let place = |error: f64| begin + BARS * along(error);
     let (upper, lower) = (f64::from(HEAD) - 6.0, f64::from(total - MARGIN));
-    let mut from = 0.0;
-    for (to, eye, grey) in BANDS {
-        let (a, b) = (place(from), place(to));
-        sheet.area(DVec2::new(a, upper), DVec2::new(b - a, lower - upper), grey);
-        sheet.fitted_text(DVec2::new(0.5 * (a + b), 26.0), Anchor::Middle, eye, FINE, b - a - 4.0);
-        from = to;
-    }
     for tick in TICKS {
         let x = place(tick);
         sheet.line(DVec2::new(x, upper), DVec2::new(x, lower), GRID);
         sheet.text(DVec2::new(x, 44.0), Anchor::Middle, &format!("{tick}"), FINE);
     }
-    sheet.text(
-        DVec2::new(begin, 9.0),
-        Anchor::Start,
-        "relative RMS error (axis of its square root), to the eye:",
-        FINE,
-    );
+    sheet.text(DVec2::new(begin, 9.0), Anchor::Start, "relative RMS error, along an axis of its square root", FINE);
     for (k, title) in (0u32..).zip(titles) {
         let at = DVec2::new(f64::from(MARGIN + k * (width + MARGIN)), 44.0);
         sheet.fitted_text(at, Anchor::Start, title, FINE, f64::from(width));
@@ -121,7 +114,7 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
         for (k, picture) in (0u32..).zip(pictures) {
             sheet.picture(MARGIN + k * (width + MARGIN), top, picture.clone());
         }
-        if let Some((error, moved)) = cost.errors {
+        if let Some(CostErrors { rel_rms: error, ssim, moved }) = cost.errors {
             const MOVED: f64 = 190.0;
             sheet.fitted_text(DVec2::new(left, middle - 12.0), Anchor::Start, &cost.name, TEXT, end - left - MOVED);
             let moved = format!("moves the light by {}", rounded(moved));
@@ -129,7 +122,8 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
             // Whole pixels, whose middles have whole numbers.
             let low = DVec2::new(begin, (middle + 2.0).round()) - 0.5;
             sheet.area(low, DVec2::new(place(error) - begin, THICK), BAR);
-            sheet.text(DVec2::new(place(error) + 8.0, low.y + 0.5 * THICK), Anchor::Start, &rounded(error), TEXT);
+            let figures = format!("{}, SSIM {ssim:.4}", rounded(error));
+            sheet.text(DVec2::new(place(error) + 8.0, low.y + 0.5 * THICK), Anchor::Start, &figures, TEXT);
         } else {
             sheet.fitted_text(DVec2::new(left, middle), Anchor::Start, &cost.name, TEXT, end - left);
         }
@@ -149,8 +143,10 @@ mod tests {
     #[test]
     fn greater_errors_have_longer_bars() {
         let target = TargetIrradiance::new(Field::from_fn(60, 40, |i, _| 1.0 + i as f64)).unwrap();
-        let step =
-            |error: f64| (Cost { name: "step".into(), errors: Some((error, error)) }, Some(target.cells().clone()));
+        let step = |error: f64| {
+            let errors = CostErrors { rel_rms: error, ssim: 0.5, moved: error };
+            (Cost { name: "step".into(), errors: Some(errors) }, Some(target.cells().clone()))
+        };
         let note = (Cost { name: "the same".into(), errors: None }, None);
         let exposure = Exposure::of(&target, Transfer::Linear);
         let sheet = budget_sheet(target.cells(), &[step(1e-3), step(1e-1), note], exposure);
@@ -173,11 +169,11 @@ mod tests {
     fn a_chart_takes_words_as_words_and_errors_beyond_its_axis() {
         assert_eq!([0.0, 0.25, 1.0, 5.0].map(along), [0.0, 0.5, 1.0, 1.0]);
         assert_eq!([along(-1.0), along(f64::NAN)], [0.0; 2]);
-        // What the eye tells apart at a glance is apart on the chart, and what it does not see is
-        // still a bar.
+        // A fine picture and a bad one are apart on the chart, and what nobody sees is still a bar.
         let [fine, bad, least] = [0.08, 0.3, 1e-3].map(|error| BARS * along(error));
         assert!(bad - fine > 140.0 && least > 15.0, "{fine} {bad} {least}");
-        let cost = |error| Cost { name: "a <step>".into(), errors: Some((error, 0.0)) };
+        let errors = |rel_rms| Some(CostErrors { rel_rms, ssim: 0.0, moved: 0.0 });
+        let cost = |error| Cost { name: "a <step>".into(), errors: errors(error) };
         let chart = budget_chart(&[cost(0.0), cost(f64::NAN), cost(f64::INFINITY)]);
         assert!(chart.raster().pixels().any(|p| p.0[0] == BAR));
     }

@@ -24,6 +24,8 @@ mod pictures;
 mod sheet;
 #[cfg(feature = "svg")]
 mod svg;
+#[cfg(feature = "cli")]
+pub(crate) mod text;
 
 #[cfg(feature = "cli")]
 pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};
@@ -35,7 +37,7 @@ pub use html::{
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]
 pub use {
-    budget::{Cost, budget_chart, budget_sheet},
+    budget::{Cost, CostErrors, budget_chart, budget_sheet},
     curves::{Curve, curves},
     drawing::{Drawing, dimensioned_drawing},
     isocontours::{Isocontours, contour_interval_mm},

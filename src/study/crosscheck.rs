@@ -1,7 +1,7 @@
-//! What other renderers, and photons in parts, say of a block, for programs.
+//! What other renderers, and photons in parts, say of a block: for programs, and against limits.
 
 use super::judge::flux_document;
-use crate::record::document;
+use crate::{failure::Failure, record::document};
 use glasswarp_verify::{
     PhotonTally, UnbiasedError,
     crosscheck::{Distances, ImageAgreement, ImageLevel, MapAgreement},
@@ -42,4 +42,45 @@ pub fn tally_document(tally: &PhotonTally, error: Option<UnbiasedError>) -> docu
         rel_rms: error.and_then(|error| document::finite(error.rel_rms())),
         rel_rms_error: error.and_then(|error| document::finite(error.rel_rms_error())),
     }
+}
+
+/// Rays that may land by one of both only, as a part of all.
+const CONTESTED: f64 = 1e-3;
+
+/// Fails if landing points differ by more than a limit, mm rms, or more than one ray in a thousand
+/// lands by one of both only.
+///
+/// # Errors
+/// See above.
+pub fn demand_map(agreement: &MapAgreement, limit: Option<f64>) -> Result<(), Failure> {
+    let Some(limit) = limit else { return Ok(()) };
+    let rms = agreement.smooth.rms_mm;
+    if rms.is_nan() || rms > limit {
+        let what =
+            format!("the landing points differ by {rms:.5} mm rms, above the limit of {limit} (`max-difference`)");
+        return Err(Failure::BelowThreshold(what));
+    }
+    let (contested, rays) = (agreement.contested, agreement.rays);
+    if contested as f64 > CONTESTED * rays as f64 {
+        return Err(Failure::BelowThreshold(format!("{contested} rays land by one of both only, {rays} by both")));
+    }
+    Ok(())
+}
+
+/// Fails if caustics differ by more than a limit, as relative RMS at a quarter of the pixels.
+///
+/// # Errors
+/// See above; too few pixels to compare.
+pub fn demand_image(agreement: &ImageAgreement, limit: Option<f64>) -> Result<(), Failure> {
+    let Some(limit) = limit else { return Ok(()) };
+    let level = agreement.levels.get(1).ok_or_else(|| {
+        Failure::Usage("there are too few pixels to compare (`max-difference`): take more `pixels`".into())
+    })?;
+    if level.rel_rms.is_nan() || level.rel_rms > limit {
+        return Err(Failure::BelowThreshold(format!(
+            "the caustics differ by {:.4} (relative RMS at {} pixels), above the limit of {limit} (`max-difference`)",
+            level.rel_rms, level.pixels
+        )));
+    }
+    Ok(())
 }

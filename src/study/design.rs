@@ -20,7 +20,7 @@ use crate::{
     solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, SolidError, Stock},
     solver::{Problem, Progress, Silent, SolveError, Solver},
     spec::{DRAWING_NODES, Host, Length, QualityName, Settings, SolverName, TransferName, name_of},
-    surface::HeightField,
+    surface::{Finish, HeightField},
     transport::{Quality, Transport, TransportOptions},
     warp::{Warping, WarpingPaper},
 };
@@ -327,18 +327,22 @@ impl Plan {
         }
         if finish.is_some_and(|finish| finish.polish.is_some()) && self.bench.outline() != Outline::Rectangle {
             return Err(Failure::Usage(
-                "a face is designed for its polish on rectangular blocks only (`outline` rectangle): next to a curved outline it would lose more light than it gains; milling it in simulation tells what the polish takes from it"
+                "a face is designed for its polish on rectangular blocks only (`outline` rectangle): next to a curved outline it may lose more light than it gains; milling it in simulation tells what the polish takes from it"
                     .into(),
             ));
         }
         Ok(match self.solver {
             SolverName::Transport => {
                 let mut options = TransportOptions::new(self.quality());
-                options.finish = finish.and_then(|finish| finish.polish);
-                // A face without sharper hollows is what the cutter leaves of it.
-                options.min_radius_mm = min_radius
-                    .map(|length| length.mm)
-                    .or(finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm()));
+                let corner_mm = finish.and_then(|finish| finish.cutter).map(|cutter| cutter.corner_mm());
+                options.finish = finish.and_then(|finish| {
+                    let polished = Finish::new(finish.polish?);
+                    let rows_mm = finish.step_over_mm.unwrap_or(0.0);
+                    Some(corner_mm.map_or(polished, |radius_mm| polished.with_ball(radius_mm, rows_mm)))
+                });
+                // Without a polish, a face without sharper hollows is what the cutter leaves of it.
+                let unpolished = corner_mm.filter(|_| options.finish.is_none());
+                options.min_radius_mm = min_radius.map(|length| length.mm).or(unpolished);
                 Box::new(Transport::new(options).map_err(Failure::refused)?)
             }
             SolverName::Warping => Box::new(match &self.requirements.mesh {

@@ -19,6 +19,7 @@ pub mod cutters;
 pub mod design;
 pub mod diagnosis;
 pub mod finish;
+pub mod fits;
 pub mod imperfect;
 pub mod judge;
 mod lamp;

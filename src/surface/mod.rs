@@ -5,6 +5,7 @@ mod axis;
 mod beyond;
 mod extend;
 mod fill;
+mod finish;
 mod height_field;
 mod integrate;
 mod net;
@@ -12,6 +13,7 @@ mod polish;
 mod spline;
 
 pub use axis::DEGREE;
+pub use finish::Finish;
 pub use height_field::HeightField;
 pub use integrate::{EdgeRule, heights_of_slopes, least_squares};
 pub use net::{ControlNet, FitError};

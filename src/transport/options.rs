@@ -1,6 +1,6 @@
 //! What a caller may choose.
 
-use crate::{grid::Contour, irradiance::TargetIrradiance, surface::Polish};
+use crate::{grid::Contour, irradiance::TargetIrradiance, surface::Finish};
 
 /// How much work a solution is worth. Times are those of a 512 pixel photograph on two cores.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,8 +37,8 @@ pub struct TransportOptions {
     pub rounds: Option<usize>,
     /// The least light that a black part of the picture gets.
     pub floor: BlackFloor,
-    /// The polish that follows the cutting: the face is made such that its light is right after it.
-    pub finish: Option<Polish>,
+    /// How the face is cut and polished: it is made such that its light is right after the work.
+    pub finish: Option<Finish>,
     /// The manufacturable variant: no beam folded, and no radius of curvature below this, mm. What
     /// that costs in accuracy is stated among the warnings.
     pub min_radius_mm: Option<f64>,
@@ -102,9 +102,9 @@ impl TransportOptions {
         Self { floor, ..self }
     }
 
-    /// The same for a face that will be polished.
+    /// The same for a face that will be cut and polished.
     #[must_use]
-    pub fn with_finish(self, finish: Polish) -> Self {
+    pub fn with_finish(self, finish: Finish) -> Self {
         Self { finish: Some(finish), ..self }
     }
 

@@ -141,11 +141,11 @@ pub(super) fn close(
         // What is cut is sharper than what shines; the loop corrects for the waves that are given
         // up.
         let surface = match options.finish {
-            Some(polish) => polish.presharpened(&surface),
+            Some(finish) => finish.prepared(&surface),
             None => surface,
         };
         let light_after_finish = |surface: &HeightField| {
-            let finished = options.finish.map(|polish| polish.polished(surface));
+            let finished = options.finish.map(|finish| finish.finished(surface));
             // What a first rough look gets wrong the others see, if it is the same everywhere.
             let even = matches!(bench.light(), Light::Parallel { .. }) && bench.profile().is_none();
             let beams = if round == 0 && rounds > 0 && even { Beams::Rough } else { Beams::PerNode(options.beams()) };

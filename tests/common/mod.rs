@@ -24,6 +24,13 @@ pub(crate) fn program(name: &str, package: &str) -> Option<Command> {
     if found { Some(Command::new(name)) } else { missing(name, package) }
 }
 
+/// Where a browser is, by its usual names.
+pub(crate) fn browser() -> Option<&'static str> {
+    let names = ["chromium", "chromium-browser", "google-chrome"];
+    let found = names.into_iter().find(|name| Command::new(name).arg("--version").output().is_ok());
+    found.or_else(|| program(names[0], "Debian package chromium").map(|_| names[0]))
+}
+
 /// Python with these modules, ready to run `script` with further arguments.
 pub(crate) fn python(modules: &[&str], script: &str) -> Option<Command> {
     let interpreter = env::var_os("GLASSWARP_PYTHON").unwrap_or_else(|| OsString::from("python3"));

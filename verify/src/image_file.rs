@@ -1,6 +1,6 @@
 //! Writing irradiance to files, whole or not at all.
 
-use crate::image::Image;
+use crate::{exr_blocks, image::Image};
 use exr::prelude::{
     AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes, ReadChannels, ReadLayers,
     Text, WritableImage,
@@ -42,6 +42,7 @@ pub(crate) fn read_exr_layer(bytes: &[u8]) -> exr::error::Result<Layer<AnyChanne
             return Err(exr::error::Error::Invalid("more pixels than the file can hold".into()));
         }
     }
+    exr_blocks::check(bytes)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()

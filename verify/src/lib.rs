@@ -62,6 +62,7 @@
 //!   candidate triangles.
 
 // What all share.
+mod exr_blocks;
 mod image;
 #[cfg(test)]
 #[path = "../../tests/common/measured.rs"]

@@ -24,7 +24,7 @@ pub use sheet::{ReadySheet, write_ready_sheet};
 use crate::{
     export::{WriteError, write_atomically},
     report::{
-        budget::{Cost, budget_chart, rounded},
+        budget::{Cost, CostErrors, budget_chart, rounded},
         isocontours::contour_interval_mm,
         svg::Escaped,
     },
@@ -132,8 +132,8 @@ struct Whole<'a> {
 /// The error budget, with its figures in words for those who cannot see it.
 fn budget(costs: &[Cost]) -> String {
     let step = |cost: &Cost| match cost.errors {
-        Some((error, moved)) => {
-            format!("{}: {}, moves the light by {}", cost.name, rounded(error), rounded(moved))
+        Some(CostErrors { rel_rms, ssim, moved }) => {
+            format!("{}: {}, SSIM {ssim:.4}, moves the light by {}", cost.name, rounded(rel_rms), rounded(moved))
         }
         None => cost.name.clone(),
     };

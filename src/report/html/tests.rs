@@ -7,7 +7,7 @@ use crate::{
     bench::{Bench, ExitFace},
     grid::{Extent, Field},
     light::Intensity,
-    report::{Drawing, Isocontours},
+    report::{CostErrors, Drawing, Isocontours},
     solid::{Shape, Solid, Stock},
     surface::HeightField,
 };
@@ -80,7 +80,10 @@ impl Sample {
             maker: vec![Facts { title: "Stock to order".into(), rows: vec![("sheet".into(), "12 mm".into())] }],
             difference: Some(view("Difference")),
             others: vec![(view("on the plane"), view("its difference"))],
-            budget: vec![Cost { name: "a step".into(), errors: Some((0.01, 0.001)) }],
+            budget: vec![Cost {
+                name: "a step".into(),
+                errors: Some(CostErrors { rel_rms: 0.01, ssim: 0.9, moved: 0.001 }),
+            }],
             summary: None,
             drawing: Some(self.drawing()),
             facts: vec![Facts { title: "Block".into(), rows: vec![("size".into(), "60 × 40 mm".into())] }],

@@ -5,9 +5,10 @@ use crate::{
     export::{Format, HeightMapFormat},
     fabricate::FaceShape,
     grid::Field,
+    irradiance::{TargetIrradiance, Transfer},
     materials,
     report::{
-        budget::Cost,
+        budget::{Cost, CostErrors},
         html::{Facts, Highlight, Model, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
@@ -20,6 +21,7 @@ use crate::{
         judge::{self, Judgement},
         order::StockOrder,
         verdict::{Answer, Verdict},
+        workpiece::Workpiece,
     },
 };
 use glasswarp_verify::metrics::Likeness;
@@ -100,6 +102,12 @@ pub(crate) fn difference_view(wanted: &Field<f64>, light: &Field<f64>, exposure:
     }
 }
 
+/// How the light of a block is shown as a picture where this light is to be seen.
+pub(crate) fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
+    let transfer = piece.side.design.transfer.map(Transfer::from);
+    Exposure::of(target, transfer.unwrap_or(Transfer::Srgb))
+}
+
 /// Light with its difference from what is wanted.
 pub(crate) fn pair(
     title: &str,
@@ -126,7 +134,11 @@ pub(crate) fn step_views(steps: &[BudgetStep], wanted: &Field<f64>, exposure: Ex
 
 /// The steps of a budget as what they cost.
 pub(crate) fn costs(steps: &[BudgetStep]) -> Vec<Cost> {
-    let errors = |step: &BudgetStep| step.traced.as_ref().map(|seen| (seen.likeness.rel_rms, seen.moved));
+    let errors = |step: &BudgetStep| {
+        let traced = step.traced.as_ref()?;
+        let Likeness { rel_rms, ssim } = traced.likeness;
+        Some(CostErrors { rel_rms, ssim, moved: traced.moved })
+    };
     steps.iter().map(|step| Cost { name: step.name.clone(), errors: errors(step) }).collect()
 }
 

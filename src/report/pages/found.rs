@@ -12,7 +12,7 @@ use crate::{
     grid::{Extent, Field},
     record::SideFile,
     report::{
-        budget::Cost,
+        budget::{Cost, CostErrors},
         html::{Facts, FileRecord, Highlight, Model, Page, TrafficLight, View, write_html},
         isocontours::Isocontours,
         pictures::Exposure,
@@ -145,7 +145,8 @@ impl<'a> FoundPage<'a> {
             .collect();
         let costs = study.steps.iter().map(|step| {
             let moved = metrics::rel_rms(&step.view.image, &study.steps[0].view.image).map_err(Failure::refused)?;
-            Ok(Cost { name: step.name.clone(), errors: Some((step.view.metrics.rel_rms, moved)) })
+            let Likeness { rel_rms, ssim } = (&step.view.metrics).into();
+            Ok(Cost { name: step.name.clone(), errors: Some(CostErrors { rel_rms, ssim, moved }) })
         });
         let (pass, cost) = (&study.pass, &study.cost);
         let way = format!("{:.1} m, {:.0} min at {feed}", 1e-3 * cost.length_mm, cost.minutes(feed.mm_per_minute));

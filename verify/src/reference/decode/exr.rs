@@ -9,6 +9,7 @@ use super::{
     },
     decoded::{Decoded, believe},
 };
+use crate::exr_blocks;
 use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
 use std::{collections::BTreeMap, io::Cursor};
 
@@ -29,6 +30,7 @@ pub(super) fn decode(bytes: &[u8], wanted: Option<&str>) -> Result<Decoded, Refe
             return Err(ReferenceError::malformed(NAME, "channels with fewer samples than pixels (RY and BY)"));
         }
     }
+    exr_blocks::check(bytes).map_err(failed)?;
     let image = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
