@@ -24,7 +24,7 @@ use crate::{
     study::{
         placement::Placing,
         program::{ProgramPlan, ProgramQuestion, ProgramStudy, ProgramWarning, WrittenProgram, Zero},
-        verdict::Verdict,
+        verdict::{Answer, Verdict},
         workpiece::Workpiece,
     },
     surface::Polish,
@@ -314,11 +314,16 @@ pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
     let study = ProgramStudy::of(&open, &program.display().to_string(), &piece, &question, &progress);
     progress.finish();
     let study = study?;
+    let harm: Vec<String> = study.faults.harmful().map(ProgramWarning::in_words).collect();
     let mut verdict = Verdict::default();
-    if let Some(last) = study.last() {
-        verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it");
-        console::verdict(&verdict);
+    match study.last() {
+        Some(last) => verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it"),
+        None => verdict.say("picture", Answer::No, "the program cuts through the block"),
     }
+    if !harm.is_empty() {
+        verdict.say("program", Answer::No, format!("it must not be run like this: {}", harm.join("; ")));
+    }
+    console::verdict(&verdict);
     let acceleration = Some(question.dynamics.acceleration).filter(|most| most.is_finite());
     console::text(&text::program::program(
         &program.display().to_string(),
@@ -342,7 +347,6 @@ pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
     let files: Vec<PathBuf> = args.output.iter().cloned().chain(sheet).collect();
     let document = study.document(&program.display().to_string(), document::texts(&files));
     console::result(document::Result::Program(Box::new(document)));
-    let harm: Vec<String> = study.faults.harmful().map(ProgramWarning::in_words).collect();
     if !harm.is_empty() {
         return Err(Failure::BelowThreshold(format!(
             "{} must not be run like this: {}",
