@@ -10,7 +10,7 @@ use super::{
     program::{self, PassArgs},
     progress::TerminalProgress,
     report_files::{self, file_record},
-    side_files::{self, file_name, hash_of, open_workpiece, origin_of, path_beside},
+    side_files::{self, file_name, hash_of, open_workpiece, origin_of, path_beside, stem},
 };
 use crate::{
     export::{Format, HeightMapFormat},
@@ -333,11 +333,6 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
 pub(super) fn placed(refusal: Failure, named: &Path) -> Failure {
     let text = if is_toml(named) { std::fs::read_to_string(named).unwrap_or_default() } else { String::new() };
     mistakes::placed(refusal, &text, named)
-}
-
-/// The name of a file without its extension.
-pub(super) fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Files with what they are, their lengths and hashes, which side files know already.

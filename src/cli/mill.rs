@@ -2,14 +2,13 @@
 
 use super::{
     console::{self, say},
-    design::stem,
     machine::{Machine, has_extension},
     outcome::{error_limit, unless_within, with_flags},
     outputs,
     program::{self, WriteArgs},
     progress::TerminalProgress,
     report_files::{self, command, file_record},
-    side_files::{self, file_name, hash_of, open_workpiece},
+    side_files::{self, file_name, hash_of, open_workpiece, stem},
     verify::PlacingArgs,
 };
 use crate::{

@@ -3,12 +3,11 @@
 
 use super::{
     console::{self, say},
-    design::stem,
     machine::{IrradianceFile, has_extension, read_mesh},
     outcome::unless_within,
     outputs,
     progress::TerminalProgress,
-    side_files::{self, hash_of},
+    side_files::{self, hash_of, stem},
 };
 use crate::{
     export::write_atomically,

@@ -3,13 +3,12 @@
 
 use super::{
     console::{self, say},
-    design::stem,
     machine::{Machine, has_extension},
     outcome::with_flags,
     outputs,
     progress::TerminalProgress,
     report_files::{command, file_record},
-    side_files::{self, open_workpiece, path_beside},
+    side_files::{self, open_workpiece, path_beside, stem},
 };
 use crate::{
     fabricate::{Cutter, Direction},

@@ -122,6 +122,11 @@ pub(super) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
+/// The name of a file without its extension.
+pub(super) fn stem(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// The path of `file` as seen from the folder of `from`, absolute where they have no folder in
 /// common.
 fn relative_to(file: &Path, from: &Path) -> PathBuf {

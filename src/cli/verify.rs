@@ -3,7 +3,7 @@
 
 use super::{
     console::{self, say},
-    design::{demand, stem},
+    design::demand,
     machine::{IrradianceFile, Machine, read_mesh},
     memory::MemoryArgs,
     outcome::error_limit,
@@ -12,7 +12,7 @@ use super::{
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     shards::{self, MergeArgs},
-    side_files::{self, expected},
+    side_files::{self, expected, stem},
     sweep,
 };
 use crate::{
