@@ -77,10 +77,10 @@ pub(crate) fn line(text: fmt::Arguments<'_>) {
     }
 }
 
-/// Prints lines for a person.
+/// Prints lines of the library for a person.
 pub(crate) fn text(text: &str) {
     if reader() == Reader::Person {
-        let _ = write!(anstream::stdout(), "{text}");
+        let _ = write!(anstream::stdout(), "{}", with_flags(text));
     }
 }
 

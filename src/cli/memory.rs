@@ -1,11 +1,6 @@
 //! Memory: what this machine has, and whether a command shall care.
 
-use crate::{
-    export::Format,
-    irradiance::Picture,
-    memory::Bytes,
-    study::fits::{Free, ReadBack},
-};
+use crate::{export::Format, irradiance::Picture, memory::Bytes, study::fits::ReadBack};
 use std::path::PathBuf;
 
 /// What every command that asks how much memory there is lets be said.
@@ -17,9 +12,9 @@ pub(crate) struct MemoryArgs {
 }
 
 impl MemoryArgs {
-    /// What may be taken.
-    pub(crate) fn free(self) -> Free {
-        if self.ignore_memory { Free::Unlimited } else { free().map_or(Free::Unlimited, Free::Of) }
+    /// What may be taken, if that is known and matters.
+    pub(crate) fn free(self) -> Option<Bytes> {
+        free().filter(|_| !self.ignore_memory)
     }
 }
 

@@ -146,18 +146,15 @@ impl Rows<'_> {
             })
             .collect()
     }
-}
 
-impl Rows<'_> {
     /// The way of the tip at a place in a row: cubic between positions. `None` beside the block.
     #[inline]
     pub(super) fn tip(&self, row: usize, u: f64) -> Option<Tip> {
-        let rows = self;
-        let position = (u - rows.first.x) / rows.spacing_mm;
-        let i = (position.max(0.0) as usize).min(rows.positions - 2);
-        let (t, h) = (position - i as f64, rows.spacing_mm);
-        let begin = row * rows.positions + i;
-        let ([a, p], [b, q]) = (rows.tips[begin], rows.tips[begin + 1]);
+        let position = (u - self.first.x) / self.spacing_mm;
+        let i = (position.max(0.0) as usize).min(self.positions - 2);
+        let (t, h) = (position - i as f64, self.spacing_mm);
+        let begin = row * self.positions + i;
+        let ([a, p], [b, q]) = (self.tips[begin], self.tips[begin + 1]);
         // The way ends at positions, which are part of it.
         match (a.is_finite(), b.is_finite()) {
             (true, true) => {}
@@ -172,7 +169,7 @@ impl Rows<'_> {
         if q > p {
             let (mut above, mut slope) =
                 if a + p * t > b - q * (1.0 - t) { (a + p * t, p / h) } else { (b - q * (1.0 - t), q / h) };
-            let kinks = &rows.kinks[row];
+            let kinks = &self.kinks[row];
             if let (false, Ok(k)) = (kinks.is_empty(), kinks.binary_search_by_key(&i, |kink| kink.position)) {
                 let [z, rise] = kinks[k].tip;
                 let held_up = z + rise * h * (t - kinks[k].at);

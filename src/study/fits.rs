@@ -1,4 +1,5 @@
-//! Whether a design, or a look at a file, fits into memory.
+//! Whether a design, or a look at a file, fits into the memory that is free; where nobody knows how
+//! much that is, or cares, everything does.
 
 use super::{design::Plan, judge::Examiner};
 use crate::{
@@ -7,15 +8,6 @@ use crate::{
     pipeline,
 };
 use glasswarp_verify::Window;
-
-/// Memory that may be taken.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Free {
-    /// So much is free.
-    Of(Bytes),
-    /// As much as it takes: nobody knows how much there is, or cares.
-    Unlimited,
-}
 
 /// Files that are read back besides the first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -31,7 +23,7 @@ pub struct ReadBack {
 ///
 /// # Errors
 /// If it would not.
-pub fn design(plan: &Plan, files: Option<ReadBack>, free: Free) -> Result<Bytes, Failure> {
+pub fn design(plan: &Plan, files: Option<ReadBack>, free: Option<Bytes>) -> Result<Bytes, Failure> {
     let load = |nodes: (usize, usize)| match files {
         Some(ReadBack { with_normals, others }) => load_of(plan, nodes).verified(with_normals, others),
         None => load_of(plan, nodes),
@@ -43,7 +35,7 @@ pub fn design(plan: &Plan, files: Option<ReadBack>, free: Free) -> Result<Bytes,
 ///
 /// # Errors
 /// If it would not fit.
-pub fn preview(plan: &Plan, free: Free) -> Result<Bytes, Failure> {
+pub fn preview(plan: &Plan, free: Option<Bytes>) -> Result<Bytes, Failure> {
     demand_nodes(plan, |nodes| load_of(plan, nodes), "this preview", "", free)
 }
 
@@ -51,7 +43,7 @@ pub fn preview(plan: &Plan, free: Free) -> Result<Bytes, Failure> {
 ///
 /// # Errors
 /// If it would not fit.
-pub fn look(plan: &Plan, across: usize, free: Free) -> Result<Bytes, Failure> {
+pub fn look(plan: &Plan, across: usize, free: Option<Bytes>) -> Result<Bytes, Failure> {
     let (nx, ny) = pixels_of(plan);
     let across = across.min(nx);
     let judged = (across, (across * ny).div_ceil(nx));
@@ -74,7 +66,7 @@ fn demand_nodes(
     load: impl Fn((usize, usize)) -> Load,
     what: &str,
     others: &str,
-    free: Free,
+    free: Option<Bytes>,
 ) -> Result<Bytes, Failure> {
     demand(what, load(plan.nodes).peak(), free, |free| {
         // As `Plan` makes a grid of the flag.
@@ -96,7 +88,7 @@ fn demand_nodes(
 ///
 /// # Errors
 /// If they would not.
-pub fn pixels(examiner: &Examiner, free: Free) -> Result<(), Failure> {
+pub fn pixels(examiner: &Examiner, free: Option<Bytes>) -> Result<(), Failure> {
     let (nx, ny) = examiner.pixels();
     if nx * ny > Window::MOST_PIXELS {
         return Ok(());
@@ -116,13 +108,14 @@ const LEAST_PIXELS: usize = 8;
 
 /// Refuses what is expected to take more than is free. `remedies` says what would fit, each
 /// followed by a comma.
-fn demand(what: &str, expected: Bytes, free: Free, remedies: impl Fn(Bytes) -> String) -> Result<Bytes, Failure> {
-    let known = match free {
-        Free::Of(free) => Some(free),
-        Free::Unlimited => None,
-    };
-    tracing::info!(%expected, free = known.map(tracing::field::display), "memory");
-    match known {
+fn demand(
+    what: &str,
+    expected: Bytes,
+    free: Option<Bytes>,
+    remedies: impl Fn(Bytes) -> String,
+) -> Result<Bytes, Failure> {
+    tracing::info!(%expected, free = free.map(tracing::field::display), "memory");
+    match free {
         Some(free) if expected > free => Err(Failure::Usage(format!(
             "{what} takes about {expected} of memory, and {free} are free: {}close other programs, or try all the same (`ignore-memory`)",
             remedies(free)

@@ -7,7 +7,7 @@ use super::{
 use crate::{grid::Contour, surface::HeightField};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
-use std::{f64::consts::TAU, fmt, str::FromStr};
+use std::{borrow::Cow, f64::consts::TAU, fmt, str::FromStr};
 
 /// How a way lies on the face.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -128,9 +128,7 @@ pub(super) fn finishing(
     sense: Sense,
     (guard, off_mm): (&Guard, f64),
 ) -> Result<Vec<Way>, PassError> {
-    // Beyond an outline that is no rectangle the face goes straight on.
-    let sheet = (!surface.contour().is_rectangle()).then(|| surface.sheet());
-    let face = sheet.as_ref().unwrap_or(surface);
+    let face = &*sheet_of(surface);
     let mut ways = match pattern {
         Pattern::Rows => rows(face, pass, sense, (guard, off_mm))?,
         Pattern::Spiral | Pattern::ContourParallel => {
@@ -143,6 +141,17 @@ pub(super) fn finishing(
     lead(&mut ways, &drop, guard);
     link(&mut ways, pass.cutter.radius_mm());
     Ok(ways)
+}
+
+/// The face as it is cut: beyond an outline that is no rectangle it goes straight on.
+fn sheet_of(surface: &HeightField) -> Cow<'_, HeightField> {
+    if surface.contour().is_rectangle() { Cow::Borrowed(surface) } else { Cow::Owned(surface.sheet()) }
+}
+
+/// Whether a way that begins here goes on from the last one.
+fn is_near(ways: &[Way], begin: DVec3, pass: &Pass) -> bool {
+    let end = ways.last().and_then(|last| last.places.last());
+    end.is_some_and(|end| end.truncate().distance(begin.truncate()) < NEAR * pass.step_over_mm)
 }
 
 /// Rows to and fro, or all in the sense in which the cutter climbs.
@@ -166,12 +175,7 @@ fn rows(face: &HeightField, pass: Pass, sense: Sense, (guard, off_mm): (&Guard, 
         if sense == Sense::Climb || ways.len() % 2 == 1 {
             places.reverse();
         }
-        let near = |last: &Way| {
-            last.places
-                .last()
-                .is_some_and(|end| end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm)
-        };
-        let goes_on = sense == Sense::BothWays && ways.last().is_some_and(near);
+        let goes_on = sense == Sense::BothWays && is_near(&ways, places[0], &pass);
         ways.push(Way { places, goes_on, upright });
     }
     Ok(ways)
@@ -293,12 +297,7 @@ fn dropped(face: &HeightField, pass: &Pass, plans: Vec<Vec<DVec2>>, guard: &Guar
         let mut places = Vec::new();
         let mut end = |places: &mut Vec<DVec3>| {
             if places.len() >= 2 {
-                let near = |last: &Way| {
-                    last.places
-                        .last()
-                        .is_some_and(|end| end.truncate().distance(places[0].truncate()) < NEAR * pass.step_over_mm)
-                };
-                let goes_on = ways.last().is_some_and(near);
+                let goes_on = is_near(&ways, places[0], pass);
                 ways.push(Way { places: std::mem::take(places), goes_on, upright: None });
             }
             places.clear();
@@ -373,8 +372,7 @@ const LEAST_LEVEL_MM: f64 = 0.02;
 /// Rows in levels, wherever the level before has left glass.
 pub(super) fn roughing(surface: &HeightField, rough: &Roughing, guard: &Guard) -> Result<Vec<Way>, PassError> {
     let Roughing { cutter, step_over_mm, step_down_mm, allowance_mm } = *rough;
-    let sheet = (!surface.contour().is_rectangle()).then(|| surface.sheet());
-    let face = sheet.as_ref().unwrap_or(surface);
+    let face = &*sheet_of(surface);
     let pass = Pass { cutter, step_over_mm, direction: Direction::X, allowance_mm };
     let rows = Rows::along(face, pass)?;
     let all: Vec<Vec<DVec3>> = (0..rows.count)

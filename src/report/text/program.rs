@@ -19,7 +19,7 @@ pub(crate) fn program(name: &str, study: &ProgramStudy, machine: Option<(f64, f6
         Some((acceleration, corner_mm)) => {
             format!("with {acceleration} mm/s2; corners {}", study.corners_in_words(corner_mm))
         }
-        None => "by feeds alone (--acceleration tells more)".to_owned(),
+        None => "by feeds alone (`acceleration` tells more)".to_owned(),
     };
     put!(text, "  time           {:.1} min {how}", survey.seconds / 60.0);
     let feeds: Vec<f64> = survey.feeds.iter().map(|(feed, _)| *feed).collect();

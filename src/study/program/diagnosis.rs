@@ -8,7 +8,7 @@ use crate::{
     study::{changed::deflection_mm, workpiece::Workpiece},
     surface::{HeightField, SurfaceSpline},
 };
-use glam::DVec2;
+use glam::{DMat4, DVec2, DVec4};
 use glasswarp_verify::{
     Image,
     cut::Cut,
@@ -264,7 +264,12 @@ fn fit(spline: &SurfaceSpline, samples: &[(DVec2, f64)]) -> Option<Fit> {
         squares = std::array::from_fn(|k| (normal[k][k] / count).sqrt());
         // A face without curvature tells nothing of some of them.
         (0..4).for_each(|k| normal[k][k] += 1e-9 * normal[k][k] + 1e-12 * count);
-        let step = solved(normal, right)?;
+        // Symmetric: its columns are its rows.
+        let normal = DMat4::from_cols_array_2d(&normal);
+        let step = normal.inverse() * DVec4::from(right);
+        if !step.is_finite() {
+            return None;
+        }
         (0..4).for_each(|k| values[k] += step[k]);
         if step[0].hypot(step[1]) < 1e-6 && step[2].abs() < 1e-9 {
             break;
@@ -272,27 +277,6 @@ fn fit(spline: &SurfaceSpline, samples: &[(DVec2, f64)]) -> Option<Fit> {
     }
     let parts = std::array::from_fn(|k| values[k].abs() * squares[k]);
     Some(Fit { values, parts, before, after: rms(&values) })
-}
-
-/// Gauss's elimination of four equations.
-fn solved(mut a: [[f64; 4]; 4], mut b: [f64; 4]) -> Option<[f64; 4]> {
-    for k in 0..4 {
-        let pivot = (k..4).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()))?;
-        a.swap(k, pivot);
-        b.swap(k, pivot);
-        if a[k][k] == 0.0 || !a[k][k].is_finite() {
-            return None;
-        }
-        for i in k + 1..4 {
-            let part = a[i][k] / a[k][k];
-            (k..4).for_each(|j| a[i][j] -= part * a[k][j]);
-            b[i] -= part * b[k];
-        }
-    }
-    for k in (0..4).rev() {
-        b[k] = (b[k] - (k + 1..4).map(|j| a[k][j] * b[j]).sum::<f64>()) / a[k][k];
-    }
-    Some(b)
 }
 
 /// Whether the face is cut in flats that light shows.

@@ -142,7 +142,7 @@ impl Run for Sweeper {
         if let Some((_, strokes, passes)) = &mut self.stock {
             let made = arrived(made);
             strokes.add(&made, tool.unwrap_or(0));
-            passes.resize(strokes.len(), if made.feeds() { Passes::CutsWatched } else { Passes::Watched });
+            passes.resize(strokes.len(), if made.feeds() { Passes::Cuts } else { Passes::Rapid });
             self.gatherer.moved(&made);
         }
         let full = self.stock.as_ref().is_some_and(|(_, strokes, _)| strokes.len() >= BATCH);

@@ -7,18 +7,16 @@ use super::{
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// What a stroke is to the stock.
+/// What a stroke is to the stock. What it takes away is told of either.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Passes {
-    /// It cuts, and nobody asks how much.
+    /// It cuts.
     Cuts,
-    /// It cuts, and what it takes away is told: a plunge.
-    CutsWatched,
-    /// It should take nothing away: a rapid. What it would take is told, and stays.
-    Watched,
+    /// It should take nothing away, as a rapid: what it would take stays.
+    Rapid,
 }
 
-/// What a watched move takes away.
+/// What a move takes away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Removal {
     /// Place of the move among all that were told.
@@ -61,8 +59,8 @@ impl Stock {
         self.plan
     }
 
-    /// Takes strokes in their order, `passes` telling what each is, and returns what the watched
-    /// ones take away, in order: every one that goes deeper than `least_mm`.
+    /// Takes strokes in their order, `passes` telling what each is, and returns what they take away,
+    /// in order: of every move that goes deeper than `least_mm`.
     pub fn pass(&mut self, strokes: &Strokes, passes: &[Passes], least_mm: f64) -> Vec<Removal> {
         let (nx, ny) = self.plan.nodes;
         let plan = self.plan;
@@ -81,7 +79,7 @@ impl Stock {
             rows
         };
         let bands = self.heights.par_chunks_mut(nx * TILE).zip(reaching).enumerate();
-        let found: Vec<Vec<(u32, Removal)>> = bands
+        let found: Vec<Vec<Removal>> = bands
             .map(|(row, (heights, listed))| {
                 let mut found = Vec::new();
                 for first in (0..nx).step_by(TILE) {
@@ -91,7 +89,7 @@ impl Stock {
                 found
             })
             .collect();
-        let mut all: Vec<Removal> = found.into_iter().flatten().map(|(_, removal)| removal).collect();
+        let mut all: Vec<Removal> = found.into_iter().flatten().collect();
         // The deepest of every move; of equally deep ones the first in space.
         all.sort_by(|a, b| a.order.cmp(&b.order).then(b.depth_mm.total_cmp(&a.depth_mm)));
         all.dedup_by_key(|removal| removal.order);
@@ -105,7 +103,7 @@ fn tile(
     columns: (usize, usize),
     (strokes, listed, passes): (&Strokes, &[u32], &[Passes]),
     least_mm: f64,
-    found: &mut Vec<(u32, Removal)>,
+    found: &mut Vec<Removal>,
 ) {
     let nx = plan.nodes.0;
     let rows = heights.len() / nx;
@@ -137,16 +135,15 @@ fn tile(
                 if worst.is_none_or(|(most, ..)| depth > most) {
                     worst = Some((depth, at, *height));
                 }
-                if passes[stroke] != Passes::Watched {
+                if passes[stroke] == Passes::Cuts {
                     *height = left;
                 }
             }
         }
         if let Some((depth_mm, at, height)) = worst
-            && passes[stroke] != Passes::Cuts
             && depth_mm > least_mm
         {
-            found.push((k, Removal { order: strokes.list[stroke].order, depth_mm, at: at.extend(height) }));
+            found.push(Removal { order: strokes.list[stroke].order, depth_mm, at: at.extend(height) });
         }
     }
 }
@@ -161,7 +158,7 @@ mod tests {
     impl Run for Into {
         fn moved(&mut self, made: &Move) -> Result<(), ProgramFault> {
             self.0.add(made, 0);
-            let kind = if made.feeds() { Passes::CutsWatched } else { Passes::Watched };
+            let kind = if made.feeds() { Passes::Cuts } else { Passes::Rapid };
             self.1.resize(self.0.len(), kind);
             self.2.push(made.line);
             Ok(())

@@ -156,14 +156,16 @@ impl Reference {
         let flat_as_stored = is_flat(&plane);
         let reduced = plane.nx.max(plane.ny).div_ceil(MOST_SIDE);
         let upright = plane.reduced(reduced).cropped(options.crop)?.turned(options.turn, options.flip);
-        let framed_when = |levels: f64| {
+        let edited = |plane: Plane| options.frame.around(plane.graded(options.levels, options.invert)?);
+        // Edits may stretch a decoder's last level over all of the scale, so they are done again to
+        // a picture that is one level brighter, and to one that is one darker.
+        let neighbour = |levels: f64| {
             let mut plane = upright.clone();
-            if levels != 0.0 {
-                plane.map(|light| levels_away(light, levels, linear));
-            }
-            options.frame.around(plane.graded(options.levels, options.invert)?)
+            plane.map(|light| levels_away(light, levels, linear));
+            edited(plane)
         };
-        let framed = framed_when(0.0)?;
+        let neighbours = if lossy { Some([neighbour(1.0)?, neighbour(-1.0)?]) } else { None };
+        let framed = edited(upright)?;
         if is_flat(&framed) {
             let (cause, remedy) = match (flat_as_stored, differs_in_alpha) {
                 (true, true) => {
@@ -178,13 +180,8 @@ impl Reference {
         let mut light = Image::new(framed.nx, framed.ny, values);
         let mean = light.mean();
         light.values.par_iter_mut().for_each(|value| *value /= mean);
-        // Edits may stretch a decoder's last level over all of the scale, so they are done again to
-        // a picture that is one level brighter, and to one that is one darker.
-        let tolerance = if lossy {
-            EXACT.max(greatest_rms_distance(&framed, &framed_when(1.0)?, &framed_when(-1.0)?) / mean)
-        } else {
-            EXACT
-        };
+        let off = neighbours.map_or(0.0, |of| greatest_rms_distance(&framed, &of) / mean);
+        let tolerance = EXACT.max(off);
         Ok(Self { light, tolerance, reduced })
     }
 }
@@ -254,14 +251,15 @@ fn levels_away(light: f64, levels: f64, linear: bool) -> f64 {
     }
 }
 
-/// Root mean square of how far a pixel is from the further of two others.
-fn greatest_rms_distance(from: &Plane, a: &Plane, b: &Plane) -> f64 {
+/// Root mean square of how far a pixel is from the furthest of others.
+fn greatest_rms_distance(from: &Plane, others: &[Plane]) -> f64 {
     // Row by row, so that the order of adding up is always the same.
     let rows = (0..from.ny).into_par_iter().map(|row| {
-        let pixels = row * from.nx..(row + 1) * from.nx;
-        pixels
-            .map(|k| [a, b].map(|to| f64::from(to.values[k] - from.values[k]).powi(2)).into_iter().fold(0.0, f64::max))
-            .sum::<f64>()
+        let further = |k: usize| {
+            let squares = others.iter().map(|to| f64::from(to.values[k] - from.values[k]).powi(2));
+            squares.fold(0.0, f64::max)
+        };
+        (row * from.nx..(row + 1) * from.nx).map(further).sum::<f64>()
     });
     (rows.collect::<Vec<_>>().iter().sum::<f64>() / from.values.len() as f64).sqrt()
 }
