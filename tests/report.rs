@@ -141,6 +141,8 @@ fn a_report_is_written_beside_the_block_where_it_is_named_or_not_at_all() {
     assert_eq!(workshop.run(design).code, FINE);
     let html = fs::read_to_string(workshop.path("block.report.html")).unwrap();
     assert!(html.contains("As the solver itself sees it") && html.contains("How the solver converged"));
+    // It speaks of flags, as the terminal does.
+    assert!(html.contains("One warning") && html.contains("--source-size sun") && !html.contains("`source-size`"));
     fs::remove_file(workshop.path("block.report.html")).unwrap();
     assert_eq!(workshop.run(&format!("{design} --no-report")).code, FINE);
     assert!(!workshop.path("block.report.html").exists());

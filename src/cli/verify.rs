@@ -6,7 +6,7 @@ use super::{
     design::demand,
     machine::{IrradianceFile, Machine, read_mesh},
     memory::MemoryArgs,
-    outcome::error_limit,
+    outcome::{error_limit, with_flags},
     outputs,
     program::{self, ProgramArgs},
     progress::TerminalProgress,
@@ -386,6 +386,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
         let file =
             ReportedFile { name: &name, title: stem(block), record: file_record(block, None)?, command: command() };
         let shown = FoundLight { scene: &scene, judgement: &judgement, steps: &steps, exposure };
+        let warnings = warnings.iter().map(|warning| with_flags(warning)).collect();
         FoundPage::of_judgement(file, side.as_ref(), &subject, &examiner, shown, warnings)?.write(path)?;
         say!("  report         {}", path.display());
     }

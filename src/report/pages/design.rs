@@ -108,7 +108,7 @@ impl DesignPage<'_> {
                 mm(bench.distance_mm())
             ),
             verdict: Some(traffic_light(self.verdict, self.in_flags)),
-            warnings,
+            warnings: warnings.iter().map(|warning| (self.in_flags)(warning)).collect(),
             highlights: self.highlights(),
             model: model(solid, bench, shape, contours),
             target: Some(target_view(&wanted, exposure)),
