@@ -269,7 +269,7 @@ pub fn judge(subject: &Subject, examiner: &Examiner, plan: &PhotonPlan) -> Resul
 }
 
 /// Whether photons see what beams see. Beams have a width, which very many photons can tell: where
-/// they seem to disagree, beams of half the width say how much of it is that.
+/// they do not agree, beams of half the width say how much of it is that.
 fn agreement(
     subject: &Subject,
     examiner: &Examiner,
@@ -278,7 +278,7 @@ fn agreement(
 ) -> Result<PhotonAgreement, Failure> {
     let against = |image: &Image| tally.agreement(image).map_err(Failure::refused);
     let first = against(seen)?;
-    if first.standard_errors() <= DISAGREEMENT {
+    if first.standard_errors() <= AGREEMENT {
         return Ok(first);
     }
     let surface = examiner.surface_of(subject);

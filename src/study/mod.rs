@@ -33,6 +33,7 @@ pub mod ready;
 pub mod requirements;
 pub mod side_record;
 pub mod sweep;
+pub mod tally;
 pub mod target_light;
 pub mod tolerance;
 pub mod verdict;
