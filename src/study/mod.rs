@@ -32,6 +32,7 @@ mod progress;
 pub mod ready;
 pub mod requirements;
 pub mod side_record;
+pub mod stand;
 pub mod sweep;
 pub mod tally;
 pub mod target_light;
