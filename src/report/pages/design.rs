@@ -2,8 +2,8 @@
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
-    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, stock_facts,
-    target_view, traffic_light,
+    judgement_warnings, light_view, material, mm, model, moving_light, pair, picture_rows, program, row, step_views,
+    stock_facts, target_view, traffic_light,
 };
 use crate::{
     fabricate::FaceShape,
@@ -113,6 +113,7 @@ impl DesignPage<'_> {
             model: model(solid, bench, shape, contours),
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
+            moving: moving_light(solid, &plan.scene, &plan.settings, exposure),
             maker: vec![
                 stock_facts(order),
                 bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), block.surface.range_mm().1),
