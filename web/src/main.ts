@@ -7,10 +7,10 @@ import { byId, download, h, paint } from "./dom";
 import { Engine } from "./engine";
 import { Form } from "./form";
 import { LightPanel } from "./light";
-import { Maker } from "./make";
+import { Maker, NODES } from "./make";
 import { PicturePanel } from "./picture";
 import type { Catalogue, Facts, Fault, Reply, Settings } from "./protocol";
-import { fromHash, State } from "./state";
+import { fromHash, type Picture, State } from "./state";
 import { keepPicture, keptDesigns, keptPicture } from "./store";
 import { language, number, say, setLanguage } from "./strings";
 
@@ -20,7 +20,8 @@ const DRAFT_PIXELS = 256;
 const MESH = 257;
 
 const state = new State();
-/** Drafts and pictures have one worker, the block that is made another: neither waits for the other, nor loses its block. */
+/** Pictures, drafts, and the block that is made have a worker each: none waits for another, nor loses its block. */
+const pictures = new Engine();
 const drafts = new Engine();
 const maker = new Engine();
 
@@ -40,7 +41,7 @@ async function begin(): Promise<void> {
 
 function build(root: HTMLElement, catalogue: Catalogue): void {
   const nodes = h("select", { id: "draft-nodes", onchange: () => ask() }, ...DRAFT_NODES.map((n) => h("option", { value: n }, String(n))));
-  const picture = new PicturePanel(state, drafts);
+  const picture = new PicturePanel(state, pictures);
   const form = new Form(state, drafts, catalogue);
   const view = new BenchView(state);
   const answer = new Answer(h("label", { class: "inline" }, h("span", {}, say("draftNodes")), nodes));
@@ -66,7 +67,7 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
         redo,
         h("label", { for: "design-file", class: "button" }, say("openDesign")),
         open,
-        h("button", { type: "button", id: "save-design", onclick: () => last && download("design.toml", designText(last), "application/toml") }, say("saveDesign")),
+        h("button", { type: "button", id: "save-design", onclick: () => last && download("design.toml", last.design_toml, "application/toml") }, say("saveDesign")),
         h("button", { type: "button", id: "language", onclick: () => changeLanguage() }, say("language")),
       ),
     ),
@@ -83,11 +84,6 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
   function warn(text: string): void {
     notice.hidden = false;
     notice.textContent = text;
-  }
-
-  /** The draft's settings say how it was made; what is saved is what the person asked for. */
-  function designText(facts: Facts): string {
-    return facts.design_toml.split("\n").filter((line) => !/^(quality|nodes) = /.test(line) || state.settings[line.split(" ")[0]] !== undefined).join("\n");
   }
 
   async function openDesign(): Promise<void> {
@@ -131,6 +127,7 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
   let timer = 0;
   let running = false;
   let again = false;
+  let given: Picture | null = null;
 
   /** A draft soon: of many changes only the last. */
   function ask(): void {
@@ -141,6 +138,13 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
     timer = window.setTimeout(() => void draft(), 60);
   }
 
+  /** Gives the picture to whoever designs with it. */
+  async function handOver(): Promise<void> {
+    if (state.picture === given || !state.picture) return;
+    given = state.picture;
+    await drafts.put(given.name, given.bytes);
+  }
+
   async function draft(): Promise<void> {
     if (!state.picture) return;
     if (running) {
@@ -149,17 +153,18 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
     }
     running = true;
     again = false;
+    await handOver();
     const mine = asked;
     answer.working();
     const begun = performance.now();
     try {
-      const reply = await drafts.call<Reply<Facts>>({ method: "draft", args: [state.asked(), Number(nodes.value), DRAFT_PIXELS, MESH] });
+      const reply = await drafts.call<Reply<Facts>>({ method: "draft", args: [state.asked({ nodes: state.settings.nodes ?? NODES }), Number(nodes.value), DRAFT_PIXELS, MESH] });
       if (mine === asked) {
         last = reply.facts;
         answer.show(reply, performance.now() - begun);
         view.show(reply.facts.stand, reply.arrays.mesh as Float32Array);
         light.take(reply.arrays.mesh as Float32Array, reply.facts.stand, reply.facts.white, drafts);
-        make.update(commandOf(reply.facts));
+        make.update(reply.facts.command);
         performance.measure("draft", { start: begun, end: performance.now() });
       }
     } catch (error) {
@@ -169,12 +174,6 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
       running = false;
       if (again || mine !== asked) void draft();
     }
-  }
-
-  /** The command for the block, not for the draft. */
-  function commandOf(facts: Facts): string {
-    const own = facts.command.replace(/ --quality=draft/, state.settings.quality === "draft" ? " --quality=draft" : "");
-    return own.replace(/ --nodes=\d+/, ` --nodes=${state.settings.nodes ?? 641}`);
   }
 
   let shown: unknown = null;
@@ -206,7 +205,7 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
   void keptPicture().then(async (kept) => {
     if (!kept || state.picture) return;
     shown = kept;
-    await drafts.put(kept.name, kept.bytes);
+    await pictures.put(kept.name, kept.bytes);
     state.setPicture(kept);
   });
 }

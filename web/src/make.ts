@@ -8,7 +8,9 @@ import type { State } from "./state";
 import { keepDesign } from "./store";
 import { number, say, type Words } from "./strings";
 
-const NODES = [257, 385, 513, 641, 769, 1025, 1281, 1537];
+/** Nodes across, where nobody asks for others, and what there is to choose from. */
+export const NODES = 641;
+const CHOICES = [257, 385, 513, NODES, 769, 1025, 1281, 1537];
 const PIXELS = 512;
 const MESH = 257;
 const FORMATS: [string, keyof Words, string][] = [
@@ -24,7 +26,7 @@ const FORMATS: [string, keyof Words, string][] = [
 
 export class Maker {
   readonly element: HTMLElement;
-  private readonly nodes = h("select", { id: "make-nodes" }, ...NODES.map((n) => h("option", { value: n, selected: n === 641 }, String(n))));
+  private readonly nodes = h("select", { id: "make-nodes" }, ...CHOICES.map((n) => h("option", { value: n, selected: n === NODES }, String(n))));
   private readonly verify = h("input", { type: "checkbox", id: "make-verify", checked: true });
   private readonly button = h("button", { type: "button", class: "primary", id: "make", onclick: () => void this.make() }, say("makeButton"));
   private readonly stop = h("button", { type: "button", id: "make-cancel", hidden: true, onclick: () => this.engine.cancel() }, say("cancel"));
@@ -74,7 +76,7 @@ export class Maker {
 
   /** Shows the settings as they are. */
   update(command: string | null): void {
-    const asked = String(this.state.settings.nodes ?? 641);
+    const asked = String(this.state.settings.nodes ?? NODES);
     if (![...this.nodes.options].some((option) => option.value === asked)) this.nodes.append(h("option", { value: asked }, asked));
     this.nodes.value = asked;
     this.button.disabled = !this.state.picture;
@@ -124,13 +126,14 @@ export class Maker {
       const [nx, ny] = made.facts.block.nodes;
       this.showMade(made);
       this.onMade(made);
-      let said = say("made", { nx, ny, s: seconds.toFixed(1) });
       if (this.verify.checked) {
-        const verified = await this.engine.call<Reply<Verified>>({ method: "verify", args: [[`${stem}.stl`]] }, tell);
+        const verified = await this.engine.call<Reply<Verified>>({ method: "verify", args: [`${stem}.stl`] }, tell);
         this.showVerified(verified);
-        said += ` ${say("verified", { file: verified.facts.file })}`;
       }
-      this.status.textContent = said;
+      const memory = await this.engine.call<number>({ method: "memory", args: [] });
+      const said = [say("made", { nx, ny, s: seconds.toFixed(1), mb: Math.round(memory / 1e6) })];
+      if (this.verify.checked) said.push(say("verified", { file: `${stem}.stl` }));
+      this.status.textContent = said.join(" ");
       await keepDesign(this.state.settings, picture, made.facts, made.arrays.light as Uint8Array).then(this.onKept, () => {
         this.fault.hidden = false;
         this.fault.textContent = say("storageFull");

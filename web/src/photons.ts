@@ -47,7 +47,7 @@ uniform vec3 aim;                     // axis of the source
 uniform int emission;                 // 0 isotropic, 1 Lambertian, 2 Gaussian
 uniform float halfAngle;
 uniform vec2 windowSize, windowCentre;
-out vec2 entry;
+out vec2 entry, leaves;
 out float irradiance;
 out float lost;
 
@@ -55,6 +55,7 @@ void main() {
   vec3 from = transpose(block) * light;
   vec3 inside;
   float n = ior > 0.0 ? ior : 1.0;
+  leaves = place.xy;
   float high = ior > 0.0 ? place.z - entryZ : place.z;
   lost = 0.0;
   if (isPoint) {
@@ -108,12 +109,24 @@ void main() {
 
 const DENSITY = `#version 300 es
 precision highp float;
-in vec2 entry;
+in vec2 entry, leaves;
 in float irradiance;
 in float lost;
 uniform float scale;
+uniform vec2 face, corner, stock;     // half sizes, and semi-axes of the face's corners
+uniform bool enters;
 out vec4 power;
+
+bool within(vec2 at, vec2 size, vec2 round) {
+  vec2 beyond = abs(at) - (size - round);
+  if (any(greaterThan(abs(at), size))) return false;
+  return any(lessThanEqual(beyond, vec2(0.0))) || length(beyond / round) <= 1.0;
+}
+
 void main() {
+  // Beside the face, or through a side wall, no light of the picture comes.
+  if (!within(leaves, face, corner)) discard;
+  if (enters && !within(entry, stock, corner + stock - face)) discard;
   // Where a corner of the triangle keeps its light, all of it does.
   if (lost > 0.0) discard;
   vec2 across = dFdx(entry), up = dFdy(entry);
@@ -247,6 +260,11 @@ export class Photons {
     gl.blendFunc(gl.ONE, gl.ONE);
     gl.useProgram(density);
     gl.uniform1f(at("ior"), pose.ior ?? 0);
+    const half = ([x, y]: [number, number]): [number, number] => [x / 2, y / 2];
+    gl.uniform2fv(at("face"), half(stand.face_mm));
+    gl.uniform2fv(at("stock"), half(stand.stock_mm));
+    gl.uniform2fv(at("corner"), stand.corner_mm);
+    gl.uniform1i(at("enters"), pose.ior === null ? 0 : 1);
     gl.uniform1f(at("entryZ"), stand.entry_z_mm);
     gl.uniform1f(at("receiverZ"), pose.distance_mm);
     gl.uniformMatrix3fv(at("block"), false, rotation(pose.block_turned).flat());

@@ -12,7 +12,9 @@ const SHOWN = 400;
 /** A file of more bytes is not read: its light would not fit into a page anyway. */
 const MOST_MB = 256;
 
+/** What is done to a picture, and all that its light depends on. */
 const EDITS = ["crop", "rotate", "flip", "levels", "invert", "margin", "vignette"];
+const OF_LIGHT = [...EDITS, "offset", "background", "transfer", "layer"];
 const ASPECTS = ["free", "1:1", "4:3", "3:2", "16:9", "3:4", "2:3"];
 
 export class PicturePanel {
@@ -27,9 +29,11 @@ export class PicturePanel {
   /** Of the upright picture without edits, pixels. */
   private whole: [number, number] = [1, 1];
   private asked = 0;
+  private shown = { original: "", light: "", picture: null as unknown };
 
   constructor(
     private readonly state: State,
+    /** Its own, so that it waits for no draft. */
     private readonly engine: Engine,
   ) {
     const input = h("input", { type: "file", accept: "image/*,.exr,.pnm,.ppm,.pgm,.tif,.tiff", id: "picture-file", class: "visually-hidden", onchange: () => this.take(input.files) });
@@ -213,17 +217,27 @@ export class PicturePanel {
     set("background", /^#[0-9a-f]{6}$/i.test(String(settings.background)) ? String(settings.background) : settings.background === "white" ? "#ffffff" : "#000000");
     set("crop", String(settings.crop ?? ""));
     if (!picture) return;
+    const of = (names: string[]) => JSON.stringify(names.map((name) => settings[name]));
+    const keys = { original: of(OF_LIGHT.filter((name) => !EDITS.includes(name))), light: of(OF_LIGHT), picture };
+    const isSame = (name: "original" | "light") => this.shown.picture === picture && this.shown[name] === keys[name];
     const asked = ++this.asked;
+    const look = (asked: string) => this.engine.call<Reply<PictureFacts>>({ method: "picture", args: [asked, SHOWN] });
     const plain: Settings = { ...settings, picture: picture.name };
     for (const edit of EDITS) delete plain[edit];
     try {
-      const original = await this.engine.call<Reply<PictureFacts>>({ method: "picture", args: [JSON.stringify(plain), SHOWN] });
-      const light = await this.engine.call<Reply<PictureFacts>>({ method: "picture", args: [this.state.asked(), SHOWN] });
-      if (asked !== this.asked) return;
-      this.whole = original.facts.size;
-      paint(this.original, original.arrays.light as Uint8Array, original.facts.shown);
-      paint(this.light, light.arrays.light as Uint8Array, light.facts.shown);
-      this.note.textContent = [say("picked", { name: picture.name, nx: light.facts.size[0], ny: light.facts.size[1] }), light.facts.line, ...light.facts.warnings].filter(Boolean).join(" · ");
+      if (!isSame("original")) {
+        const { facts, arrays } = await look(JSON.stringify(plain));
+        if (asked !== this.asked) return;
+        this.whole = facts.size;
+        paint(this.original, arrays.light as Uint8Array, facts.shown);
+      }
+      if (!isSame("light")) {
+        const { facts, arrays } = await look(this.state.asked());
+        if (asked !== this.asked) return;
+        paint(this.light, arrays.light as Uint8Array, facts.shown);
+        this.note.textContent = [say("picked", { name: picture.name, nx: facts.size[0], ny: facts.size[1] }), facts.line, ...facts.warnings].filter(Boolean).join(" · ");
+      }
+      this.shown = keys;
       this.tell(null);
     } catch (fault) {
       if (asked === this.asked && (fault as Fault).kind !== "cancelled") this.tell((fault as Fault).message);

@@ -37,6 +37,8 @@ export type Vec3 = [number, number, number];
 export interface Stand {
   ior: number | null;
   face_mm: [number, number];
+  /** Semi-axes of the face's corners; 0 of a rectangle. */
+  corner_mm: [number, number];
   stock_mm: [number, number];
   entry_z_mm: number;
   top_z_mm: number;
@@ -127,7 +129,7 @@ export type Call =
   | { method: "pose"; args: [pose: string, pixels: number] }
   | { method: "file"; args: [name: string] }
   | { method: "side_file"; args: [name: string] }
-  | { method: "verify"; args: [names: string[]] }
+  | { method: "verify"; args: [name: string] }
   /** Files of the block and their side file, with others, packed. */
   | { method: "zip"; args: [names: string[], side: string, others: Record<string, Uint8Array>] }
   | { method: "memory"; args: [] };

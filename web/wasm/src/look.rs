@@ -67,6 +67,8 @@ struct Stand {
     /// None for a mirror.
     ior: Option<f64>,
     face_mm: [f64; 2],
+    /// Semi-axes of the face's corners.
+    corner_mm: [f64; 2],
     stock_mm: [f64; 2],
     entry_z_mm: f64,
     top_z_mm: f64,
@@ -109,6 +111,7 @@ impl Stand {
         Self {
             ior: if let Optics::Refracts { ior } = scene.optics { Some(ior) } else { None },
             face_mm: solid.extent().as_vec().to_array(),
+            corner_mm: solid.surface().contour().radius_mm().to_array(),
             stock_mm: solid.stock_extent().as_vec().to_array(),
             entry_z_mm: solid.entry_z_mm(),
             top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),

@@ -1,15 +1,14 @@
 //! The files of a page, and the block that was designed last.
 
 use crate::{
-    files::{Hashes, Kind, sha256},
+    files::{Hashes, sha256},
     host::PageHost,
     look::Made,
     page_progress::PageProgress,
-    reply::{Reply, plain, told},
+    reply::{Reply, told},
     settings,
 };
 use glasswarp::{
-    export::Format,
     failure::Failure,
     glam::DVec3,
     irradiance::to_picture_order,
@@ -187,9 +186,12 @@ impl Studio {
         self.hashes.clear();
         let work = || -> Result<Made, Failure> {
             let (settings, picture) = settings::read(text, &self.host)?;
-            let plan = Plan::new(picture, changed(settings), &self.host, &progress)?;
+            let asked = (settings.nodes, settings.quality);
+            let mut plan = Plan::new(picture, changed(settings), &self.host, &progress)?;
             fits::look(&plan, pixels, Some(MEMORY))?;
             let block = plan.design(&progress)?;
+            // What is written down is what was asked for, and not what a draft made of it.
+            (plan.settings.nodes, plan.settings.quality) = (asked.0.or(plan.settings.nodes), asked.1);
             let _ = progress.report(Event::Stage { name: "looking at the light", steps: 0 });
             Made::of(plan, block, pixels)
         };
@@ -262,43 +264,31 @@ impl Studio {
         text.map_err(|failure| told(&failure))
     }
 
-    /// Reads the files of these names back from their own bytes and traces light through them, as the command line does. The first is
-    /// judged, of the others it is said what they change.
+    /// Reads the STL of this name back from its own bytes and traces light through it, as the command line does.
     ///
     /// # Errors
     /// A file that is no closed solid, two readings of the picture that differ.
-    pub fn verify(&mut self, names: Vec<String>, listener: &Function) -> Result<JsValue, JsValue> {
-        self.verified(&names, listener).map_err(|failure| told(&failure))?
+    pub fn verify(&mut self, name: &str, listener: &Function) -> Result<JsValue, JsValue> {
+        self.verified(name, listener).map_err(|failure| told(&failure))?
     }
 
-    fn verified(&mut self, names: &[String], listener: &Function) -> Result<Result<JsValue, JsValue>, Failure> {
+    fn verified(&mut self, name: &str, listener: &Function) -> Result<Result<JsValue, JsValue>, Failure> {
         let progress = PageProgress { listener };
         let stage = |name: &str| {
             let _ = progress.report(Event::Stage { name, steps: 0 });
         };
-        let made = self.made.as_ref().ok_or_else(|| Failure::Usage("there is no block yet".into()))?;
-        let [first, others @ ..] = names else { return Err(Failure::Usage("there is no file to verify".into())) };
+        let made = self.last()?;
         stage("reading the picture again");
         let target = made.plan.target_light(&self.host)?;
-        let toml = Path::new(first).with_extension("toml").to_string_lossy().into_owned();
+        let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
         let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
-        let origin_mm = side.frame.origin_mm();
-        let read_back = |name: &str| -> Result<_, Failure> {
-            let bytes = made.file(name)?;
-            let origin_mm = if matches!(Kind::of(name)?, Kind::Heights(_)) { DVec3::ZERO } else { origin_mm };
-            let format = load::Format::from_path(Path::new(name)).map_err(Failure::refused)?;
-            Ok(load::parse(format, &bytes).map_err(Failure::refused)?.moved(origin_mm))
-        };
         stage("reading the file back");
-        let mesh = read_back(first)?;
+        let mesh = load::parse_stl(&made.file(name)?).map_err(Failure::refused)?;
+        let mesh = mesh.moved(side.frame.origin_mm());
         stage("tracing light through it");
-        let about = (first.as_str(), &side.bench, &side.design);
+        let about = (name, &side.bench, &side.design);
         let found = DesignVerification::of(&made.plan, &target, &made.block, about, || Some(mesh), &self.host)?;
-        let mut found = found.ok_or_else(|| Failure::Usage("the file could not be read back".into()))?;
-        for name in others {
-            stage(&format!("reading {name} back"));
-            found.add(name, read_back(name)?)?;
-        }
+        let found = found.ok_or_else(|| Failure::Usage("the file could not be read back".into()))?;
         found.judgement.demand_agreement()?;
         let verdict = found.verdict(&made.plan, &made.block);
         let (light, wanted) = match &found.seen {
@@ -319,16 +309,7 @@ impl Studio {
                 .as_ref()
                 .map(|seen| (seen.what.clone(), finite(seen.likeness.rel_rms), finite(seen.likeness.ssim))),
             pixels: [light.nx, light.ny],
-            file: first.clone(),
+            file: name.to_owned(),
         }))
-    }
-
-    /// All formats that a block is written in, by extension.
-    ///
-    /// # Errors
-    /// None.
-    pub fn formats() -> Result<JsValue, JsValue> {
-        let solids = Format::ALL.iter().map(|format| format.extension());
-        plain(&solids.chain(["png", "exr"]).collect::<Vec<_>>())
     }
 }
