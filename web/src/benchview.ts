@@ -133,7 +133,8 @@ export class BenchView {
   private fitted(): Scale {
     const far = this.distance;
     const before = this.isMirror ? 0.06 * far : Math.max(0.35 * far, 1.1 * this.size * 0.5);
-    const high = Math.max(this.size * this.aspect, this.stand?.window_mm[1] ?? 0, this.size) * 1.35;
+    const { window_mm = [0, 0], window_centre_mm = [0, 0] } = this.stand ?? {};
+    const high = Math.max(this.size * this.aspect, this.size, window_mm[1] * 1.2 + 2 * Math.abs(window_centre_mm[1])) * 1.25;
     const mm = Math.min((WIDTH - 80) / (far + before), (HEIGHT - 60) / high);
     const left = (WIDTH - mm * (far + before)) / 2 + mm * before;
     return { mm, x: (z) => left + mm * z, y: (y) => HEIGHT / 2 - 8 - mm * y };

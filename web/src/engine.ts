@@ -51,7 +51,9 @@ export class Engine {
     this.waiting.delete(message.id);
     if ("answer" in message) return waiting.resolve(message.answer as never);
     if (message.fault.kind === "internal") this.restart(message.fault);
-    waiting.reject(message.fault);
+    // Whatever it was that ended early, nobody wanted it any more.
+    const isUnwanted = this.stop !== null && message.id <= Atomics.load(this.stop, 0);
+    waiting.reject(isUnwanted ? CANCELLED : message.fault);
   }
 
   /** Ends the worker; whoever waits is told why. */

@@ -2,16 +2,16 @@
 
 import { h } from "./dom";
 import type { Engine } from "./engine";
-import { designPose, Photons, type Pose } from "./photons";
+import { designPose, MOVING, Photons, RESTING, type Pose } from "./photons";
 import type { Reply, Stand, Vec3 } from "./protocol";
 import { number, say, type Words } from "./strings";
 
 /** Pixels across, of the picture and of the comparison. */
 const ACROSS = 384;
 const COMPARED = 128;
-/** Points of a source: while something moves, and once it rests. */
-const MOVING = 6;
-const RESTING = 48;
+/** Points of a source that are drawn for a frame: as many as a frame of so many ms has time for. */
+const POINTS = 6;
+const FRAME = 45;
 
 type Slider = "distance" | "wallTilt" | "blockTilt" | "lightX" | "lightY" | "source" | "index";
 
@@ -38,7 +38,7 @@ export class LightPanel {
   private white = 1;
   private frame = 0;
   private rest = 0;
-  private times: number[] = [];
+  private points = 1;
 
   constructor() {
     this.element = h(
@@ -98,6 +98,7 @@ export class LightPanel {
       this.note.textContent = say("noWebgl");
       return;
     }
+    this.points = this.paced();
     this.set("distance", { min: Math.max(1, Math.round(0.4 * stand.distance_mm)), max: Math.round(1.8 * stand.distance_mm) });
     this.set("source", stand.light.kind === "point" ? { max: 40, step: 0.1, unit: "mm" } : { max: 2, step: 0.01, unit: "°" });
     const index = this.sliders.get("index");
@@ -105,6 +106,17 @@ export class LightPanel {
     this.note.textContent = stand.light.kind === "point" && stand.light.emission === "table" ? say("lightMissing") : "";
     if (isNew || JSON.stringify(before) !== JSON.stringify(stand)) this.reset();
     else this.moved();
+  }
+
+  /** How many points of a source there is time for. */
+  private paced(): number {
+    const { photons, stand } = this;
+    if (!photons || !stand) return 1;
+    const begin = performance.now();
+    photons.begin(designPose(stand), MOVING);
+    photons.add(1);
+    photons.finish();
+    return Math.min(POINTS, Math.max(1, Math.floor(FRAME / (performance.now() - begin))));
   }
 
   private set(name: Slider, changes: Partial<Range>): void {
@@ -160,15 +172,28 @@ export class LightPanel {
   private moved(): void {
     for (const { input, output, range } of this.sliders.values()) output.value = `${number(Number(input.value), range.digits)} ${range.unit}`;
     cancelAnimationFrame(this.frame);
-    this.frame = requestAnimationFrame(() => this.draw(MOVING));
     clearTimeout(this.rest);
-    this.rest = window.setTimeout(() => this.draw(RESTING), 200);
+    this.frame = requestAnimationFrame(() => this.draw());
+    this.rest = window.setTimeout(() => this.refine(true), 200);
   }
 
-  private draw(samples: number): void {
+  /** At once, and roughly. */
+  private draw(): void {
     const pose = this.pose();
     if (!pose || !this.photons) return;
-    this.photons.draw(pose, samples, this.white);
+    this.photons.begin(pose, MOVING);
+    this.photons.add(this.points);
+    this.photons.display(this.white);
+  }
+
+  /** Finely, a few points of the source in every frame. */
+  private refine(isFirst: boolean): void {
+    const pose = this.pose();
+    if (!pose || !this.photons) return;
+    if (isFirst) this.photons.begin(pose, RESTING);
+    const isMore = this.photons.add(this.points);
+    this.photons.display(this.white);
+    if (isMore) this.frame = requestAnimationFrame(() => this.refine(false));
   }
 
   /** Draws frames as fast as they come, and tells how fast that is. */
@@ -177,14 +202,14 @@ export class LightPanel {
     if (!pose || !this.photons) return 0;
     const begin = performance.now();
     for (let k = 0; k < frames; k++) {
-      this.photons.draw({ ...pose, distance_mm: pose.distance_mm * (1 + 0.001 * k) }, MOVING, this.white);
+      this.photons.begin({ ...pose, distance_mm: pose.distance_mm * (1 + 0.001 * k) }, MOVING);
+      this.photons.add(this.points);
+      this.photons.display(this.white);
       this.photons.finish();
       if (k % 4 === 3) await new Promise(requestAnimationFrame);
     }
     const rate = (1000 * frames) / (performance.now() - begin);
-    this.draw(MOVING);
     this.rate.textContent = say("fps", { fps: rate.toFixed(0) });
-    this.times.push(rate);
     return rate;
   }
 
@@ -204,7 +229,7 @@ export class LightPanel {
     try {
       const found = await engine.call<Reply<{ pixels: [number, number] }>>({ method: "pose", args: [JSON.stringify(asked), COMPARED] });
       const truth = found.arrays.light as Float32Array;
-      const own = photons.light({ ...pose, source_radius: [0, 0] }, COMPARED);
+      const own = photons.light(pose, COMPARED);
       const error = relativeRms(own, truth);
       this.note.textContent = say("selfCheckResult", { error: number(100 * error, 2), n: found.facts.pixels[0] });
       await this.measure(12);
@@ -213,7 +238,7 @@ export class LightPanel {
       this.note.textContent = (fault as { message?: string }).message ?? String(fault);
       return null;
     } finally {
-      this.draw(RESTING);
+      this.refine(true);
     }
   }
 }

@@ -30,9 +30,13 @@ export const designPose = (stand: Stand): Pose => ({
   source_radius: stand.source_radius ?? [0, 0],
 });
 
-/** Samples per pixel along each side: of what is shown, and of what is compared. */
-const SHOWN = 2;
+/** Samples per pixel along each side: while something moves, once it rests, and of what is compared. */
+export const MOVING = 1;
+export const RESTING = 2;
 const COMPARED = 4;
+/** Points of a source that has a size, and the step in which they take turns, so that any few of them are spread over all of it. */
+const POINTS = 48;
+const TURN = 29;
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -178,7 +182,12 @@ export class Photons {
   private readonly film: WebGLFramebuffer;
   private readonly vertices: WebGLBuffer;
   private readonly indices: WebGLBuffer;
+  /** Of the film as it is now. */
   private oversampling = 1;
+  /** Of the light that is being drawn, how many points of its source are, and all of them. */
+  private sampling = 1;
+  private drawn = 0;
+  private points: Vec3[] = [];
   private readonly floats: boolean;
   private size: [number, number] = [0, 0];
   private count = 0;
@@ -223,10 +232,11 @@ export class Photons {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
     this.count = corners.length;
     const [width, height] = stand.window_mm;
-    this.resize(across, Math.max(1, Math.round((across * height) / width)), SHOWN);
+    this.resize(across, Math.max(1, Math.round((across * height) / width)), RESTING);
     this.scale = 1;
     const design = designPose(stand);
-    this.accumulate({ ...design, source_radius: [0, 0] }, 1);
+    this.begin({ ...design, source_radius: [0, 0] });
+    this.add(1);
     const light = this.read();
     this.scale = light.length / (light.reduce((sum, value) => sum + value, 0) || 1);
   }
@@ -247,17 +257,17 @@ export class Photons {
     if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) throw new Error("no target of floats");
   }
 
-  /** Adds up the light of a pose, of so many points of the source if it has a size. */
-  private accumulate(pose: Pose, samples: number): void {
-    const { gl, stand, oversampling, size, density } = this;
+  /** Begins the light of a pose, with `oversampling` samples per pixel along each side. */
+  begin(pose: Pose, oversampling = this.oversampling): void {
+    const { gl, stand, size, density } = this;
     if (!stand) return;
     const at = (name: string) => gl.getUniformLocation(density, name);
+    this.sampling = oversampling;
+    this.drawn = 0;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
-    gl.viewport(0, 0, size[0] * oversampling, size[1] * oversampling);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
+    gl.viewport(0, 0, size[0] * oversampling, size[1] * oversampling);
     gl.useProgram(density);
     gl.uniform1f(at("ior"), pose.ior ?? 0);
     const half = ([x, y]: [number, number]): [number, number] => [x / 2, y / 2];
@@ -279,33 +289,48 @@ export class Photons {
       gl.uniform1i(at("emission"), { lambertian: 1, gaussian: 2 }[stand.light.emission] ?? 0);
       gl.uniform1f(at("halfAngle"), stand.light.half_angle || 1);
     }
-    const hasSize = pose.source_radius[0] > 0 || pose.source_radius[1] > 0;
-    const points = hasSize ? samples : 1;
     // Power by area in samples becomes irradiance.
-    gl.uniform1f(at("scale"), this.scale / points);
+    gl.uniform1f(at("scale"), this.scale * oversampling ** 2);
     const u = normalised(Math.abs(axis[0]) < 0.9 ? [1 - axis[0] * axis[0], -axis[0] * axis[1], -axis[0] * axis[2]] : [-axis[1] * axis[0], 1 - axis[1] * axis[1], -axis[1] * axis[2]]);
     const v: Vec3 = [axis[1] * u[2] - axis[2] * u[1], axis[2] * u[0] - axis[0] * u[2], axis[0] * u[1] - axis[1] * u[0]];
     const centre = isPoint ? (pose.position_mm ?? [0, 0, -1]) : axis;
-    for (let k = 0; k < points; k++) {
+    const hasSize = pose.source_radius[0] > 0 || pose.source_radius[1] > 0;
+    this.points = Array.from({ length: hasSize ? POINTS : 1 }, (_, k): Vec3 => {
       // Vogel's spiral: even over the disc.
-      const [r, phi] = hasSize ? [Math.sqrt((k + 0.5) / points), k * Math.PI * (3 - Math.sqrt(5))] : [0, 0];
+      const spot = (k * TURN) % POINTS;
+      const [r, phi] = hasSize ? [Math.sqrt((spot + 0.5) / POINTS), spot * Math.PI * (3 - Math.sqrt(5))] : [0, 0];
       const [a, b] = [pose.source_radius[0] * r * Math.cos(phi), pose.source_radius[1] * r * Math.sin(phi)];
-      gl.uniform3f(at("light"), centre[0] + a * u[0] + b * v[0], centre[1] + a * u[1] + b * v[1], centre[2] + a * u[2] + b * v[2]);
-      gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
-    }
-    gl.disable(gl.BLEND);
+      return [centre[0] + a * u[0] + b * v[0], centre[1] + a * u[1] + b * v[1], centre[2] + a * u[2] + b * v[2]];
+    });
   }
 
-  /** Shows a pose; `white` is the irradiance that becomes white. */
-  draw(pose: Pose, samples: number, white: number): void {
+  /** Adds the light of so many points of the source; says whether there are more. */
+  add(points: number): boolean {
+    const { gl, size, sampling } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
+    gl.viewport(0, 0, size[0] * sampling, size[1] * sampling);
+    gl.useProgram(this.density);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE);
+    const light = gl.getUniformLocation(this.density, "light");
+    for (const point of this.points.slice(this.drawn, this.drawn + points)) {
+      gl.uniform3fv(light, point);
+      gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
+      this.drawn += 1;
+    }
+    gl.disable(gl.BLEND);
+    return this.drawn < this.points.length;
+  }
+
+  /** Shows what there is; `white` is the irradiance that becomes white. */
+  display(white: number): void {
     const { gl, size, show } = this;
-    this.accumulate(pose, samples);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, size[0], size[1]);
     gl.useProgram(show);
     gl.bindTexture(gl.TEXTURE_2D, this.sums);
-    gl.uniform1i(gl.getUniformLocation(show, "oversampling"), this.oversampling);
-    gl.uniform1f(gl.getUniformLocation(show, "white"), white);
+    gl.uniform1i(gl.getUniformLocation(show, "oversampling"), this.sampling);
+    gl.uniform1f(gl.getUniformLocation(show, "white"), white * Math.max(1, this.drawn));
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
@@ -330,13 +355,14 @@ export class Photons {
     return light;
   }
 
-  /** The light of a pose at so many pixels across, for comparison. */
+  /** The light of a pose and a point for a source at so many pixels across, for comparison. */
   light(pose: Pose, across: number): Float32Array {
     const [width, height] = this.size;
     this.resize(across, Math.max(1, Math.round((across * height) / width)), COMPARED);
-    this.accumulate(pose, 1);
+    this.begin({ ...pose, source_radius: [0, 0] });
+    this.add(1);
     const light = this.read();
-    this.resize(width, height, SHOWN);
+    this.resize(width, height, RESTING);
     return light;
   }
 }

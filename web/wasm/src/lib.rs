@@ -15,17 +15,3 @@ mod studio;
 
 pub use catalogue::{catalogue, fault_of, read_design};
 pub use studio::Studio;
-
-use wasm_bindgen::prelude::*;
-
-#[wasm_bindgen]
-extern "C" {
-    #[wasm_bindgen(js_namespace = console)]
-    fn error(text: &str);
-}
-
-/// Lets a fault of the program be told with its place: without a hook a page sees only that something was unreachable.
-#[wasm_bindgen(start)]
-pub fn start() {
-    std::panic::set_hook(Box::new(|about| error(&about.to_string())));
-}
