@@ -336,7 +336,9 @@ export class Photons {
 
   /** Waits until everything is drawn. */
   finish(): void {
-    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, new Float32Array(4));
   }
 
   /** Irradiance in the window, row by row from the top; 1 is the mean of the design. */

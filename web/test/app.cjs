@@ -6,11 +6,13 @@
 
 const puppeteer = require("puppeteer-core");
 const assert = require("node:assert/strict");
+const { execFileSync } = require("node:child_process");
 const { existsSync, mkdirSync, readFileSync, statSync } = require("node:fs");
 const { join } = require("node:path");
 const { pathToFileURL } = require("node:url");
 
-const [browserPath, picturePath, folder] = process.argv.slice(2);
+const [browserName, picturePath, folder] = process.argv.slice(2);
+const browserPath = execFileSync("sh", ["-c", 'command -v "$1"', "sh", browserName]).toString().trim();
 const root = join(__dirname, "..", "dist");
 const picture = readFileSync(picturePath).toString("base64");
 const PATIENCE = 120_000;
@@ -260,7 +262,7 @@ async function main() {
   const browser = await puppeteer.launch({
     executablePath: browserPath,
     protocolTimeout: PATIENCE,
-    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--lang=en"],
+    args: [...(process.getuid?.() === 0 ? ["--no-sandbox"] : []), "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--lang=en"],
   });
   try {
     console.log(JSON.stringify({ hosted: await hosted(browser), disk: await fromDisk(browser) }));
