@@ -18,7 +18,7 @@ fi
 [ -d node_modules/vite ] || npm ci --silent --no-audit --no-fund
 
 # What is inlined where everything is linked is limited: a tenth smaller, and no slower.
-small=(-Cllvm-args=-inline-threshold=10)
+small=(-Cllvm-args=-inline-threshold=25)
 (
     cd wasm
     export RUSTFLAGS='-C target-feature=+simd128'

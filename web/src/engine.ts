@@ -86,7 +86,7 @@ export class Engine {
   }
 
   /** Ends what runs. What cannot be asked to end, such as the verification, ends with its worker after `patience` ms. */
-  cancel(patience = 400): void {
+  cancel(patience = 1500): void {
     if (!this.isBusy) return;
     if (!this.stop) return this.restart(CANCELLED);
     // All that was asked for so far; what is asked for from now on is not meant.
