@@ -1,11 +1,13 @@
 // Measures the page in Chromium: the figures of docs/browser.md. `node test/measure.cjs BROWSER PICTURE`, prints JSON.
 
 const puppeteer = require("puppeteer-core");
+const { execFileSync } = require("node:child_process");
 const { readFileSync } = require("node:fs");
 const { join } = require("node:path");
 const { pathToFileURL } = require("node:url");
 
-const [browserPath, picturePath] = process.argv.slice(2);
+const [browserName, picturePath] = process.argv.slice(2);
+const browserPath = execFileSync("sh", ["-c", 'command -v "$1"', "sh", browserName]).toString().trim();
 
 async function main() {
   const { serve } = await import(pathToFileURL(join(__dirname, "server.mjs")).href);
@@ -13,7 +15,7 @@ async function main() {
   const browser = await puppeteer.launch({
     executablePath: browserPath,
     protocolTimeout: 600_000,
-    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--lang=en"],
+    args: [...(process.getuid?.() === 0 ? ["--no-sandbox"] : []), "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--lang=en"],
   });
   const page = await browser.newPage();
   page.setDefaultTimeout(600_000);
