@@ -12,7 +12,7 @@ let wasm = 0;
 let page = 0;
 for (const file of readdirSync("dist/hosted", { recursive: true, withFileTypes: true })) {
   if (!file.isFile()) continue;
-  const bytes = readFileSync(join(file.parentPath, file.name));
+  const bytes = readFileSync(join(file.parentPath ?? file.path, file.name));
   const size = packed(bytes);
   page += size;
   if (file.name.endsWith(".wasm")) {

@@ -77,7 +77,7 @@ const hosted = (): Plugin => ({
   closeBundle() {
     const root = "dist/hosted";
     const files = readdirSync(root, { recursive: true, withFileTypes: true }).filter((file) => file.isFile() && !/sw\.js$/.test(file.name));
-    const names = files.map((file) => join(file.parentPath, file.name).slice(root.length + 1)).sort();
+    const names = files.map((file) => join(file.parentPath ?? file.path, file.name).slice(root.length + 1)).sort();
     const version = createHash("sha256");
     for (const name of names) version.update(name).update(readFileSync(join(root, name)));
     const text = readFileSync("src/sw.js", "utf8");

@@ -209,7 +209,7 @@ export class BenchView {
     this.fill("light", `${angle}°`, angle, -75, 75, [
       svg("circle", { class: "grip", cx: sun[0], cy: sun[1], r: 22 }),
       svg("circle", { class: "sun", cx: sun[0], cy: sun[1], r: 9 }),
-      svg("text", { x: sun[0], y: sun[1] + 26, "text-anchor": "middle" }, `${angle}°`),
+      svg("text", { x: sun[0], y: sun[1] + 36, "text-anchor": "middle" }, `${angle}°`),
     ]);
     const edge: [number, number] = [x(this.stand ? 0.5 * this.stand.entry_z_mm : -4), y(half)];
     this.fill("size", `${number(this.size, 0)} mm`, this.size, 5, 2000, [
