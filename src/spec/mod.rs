@@ -8,6 +8,7 @@ mod choices;
 pub(crate) mod conflicts;
 mod cutters;
 mod finish;
+mod flags;
 mod forms;
 mod host;
 mod lamp;

@@ -141,9 +141,15 @@ impl Reference {
             return refused("the constant that is added", options.offset, "not negative and finite", "--offset");
         }
         let decoded = match decode::sniff(bytes)? {
+            #[cfg(feature = "svg")]
             Format::Svg => {
                 let page = options.background.unwrap_or([255; 3]);
                 decode::svg::draw(bytes, page, options.svg_width, MOST_SIDE)?
+            }
+            #[cfg(not(feature = "svg"))]
+            Format::Svg => {
+                let remedy = "rsvg-convert -w 1024 picture.svg -o picture.png";
+                return Err(ReferenceError::Foreign { format: "SVG", remedy });
             }
             format => decode::decode(format, bytes, options.layer.as_deref())?,
         };

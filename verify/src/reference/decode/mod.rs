@@ -9,7 +9,9 @@ mod gif;
 mod jpeg;
 mod png;
 mod pnm;
+#[cfg(feature = "svg")]
 pub(super) mod svg;
+#[cfg(feature = "svg")]
 mod svg_work;
 mod tiff;
 mod tiff_packing;
@@ -65,10 +67,18 @@ pub(super) fn sniff(bytes: &[u8]) -> Result<Format, ReferenceError> {
     {
         return Ok(Format::Pnm);
     }
-    if svg::is_svg(bytes) {
+    if is_svg(bytes) {
         return Ok(Format::Svg);
     }
     Err(ReferenceError::UnknownFormat)
+}
+
+/// Whether the text of a file begins as SVG does, behind declarations and comments.
+fn is_svg(bytes: &[u8]) -> bool {
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let begin = text.iter().position(|byte| !byte.is_ascii_whitespace());
+    let Some(b'<') = begin.map(|at| text[at]) else { return false };
+    text[..text.len().min(1 << 16)].windows(4).any(|word| word == b"<svg" || word == b":svg")
 }
 
 /// Formats that are known and not read.

@@ -20,14 +20,6 @@ use std::{
 
 const NAME: &str = "SVG";
 
-/// Whether the text of a file begins as SVG does, behind declarations and comments.
-pub(in crate::reference) fn is_svg(bytes: &[u8]) -> bool {
-    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let begin = text.iter().position(|byte| !byte.is_ascii_whitespace());
-    let Some(b'<') = begin.map(|at| text[at]) else { return false };
-    text[..text.len().min(1 << 16)].windows(4).any(|word| word == b"<svg" || word == b":svg")
-}
-
 /// Fonts are looked for once.
 static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
     let mut fonts = Database::new();

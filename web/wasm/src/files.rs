@@ -1,0 +1,100 @@
+//! The files of a block, as bytes.
+
+use crate::look::Made;
+use glasswarp::{
+    export::{Design, Format, HeightMap, HeightMapFormat, choose_net, write_step},
+    failure::Failure,
+    record::{PictureRecord, SideFile},
+    spec::{Host, Settings},
+    study::{
+        bench::{record_of, record_with},
+        side_record::{height_map_entries, side_file},
+    },
+};
+use sha2::{Digest, Sha256};
+use std::{collections::BTreeMap, path::Path};
+
+/// The files that were made of a block, by name, and their hashes.
+pub(crate) type Hashes = BTreeMap<String, String>;
+
+/// What is written of a block.
+pub(crate) enum Kind {
+    Solid(Format),
+    Heights(HeightMapFormat),
+}
+
+impl Kind {
+    /// The kind that a file's extension names.
+    ///
+    /// # Errors
+    /// An extension that is none of a block.
+    pub(crate) fn of(name: &str) -> Result<Self, Failure> {
+        let path = Path::new(name);
+        match HeightMapFormat::from_path(path) {
+            Ok(format) => Ok(Self::Heights(format)),
+            Err(_) => Format::from_path(path).map(Self::Solid).map_err(Failure::refused),
+        }
+    }
+}
+
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+impl Made {
+    fn design(&self) -> Design {
+        let plan = &self.plan;
+        Design {
+            name: plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            exit_face: plan.bench.exit_face(),
+            distance_mm: plan.bench.distance_mm(),
+        }
+    }
+
+    /// A file of this name.
+    ///
+    /// # Errors
+    /// What the format cannot hold.
+    pub(crate) fn file(&self, name: &str) -> Result<Vec<u8>, Failure> {
+        let (solid, design) = (&self.block.solid, self.design());
+        let mut bytes = Vec::new();
+        match Kind::of(name)? {
+            Kind::Heights(format) => {
+                bytes = HeightMap::of(solid).to_bytes(format).map_err(Failure::writing)?;
+            }
+            Kind::Solid(Format::Step) => {
+                let fit = choose_net(solid.surface(), self.plan.step, &design).map_err(Failure::refused)?;
+                write_step(&mut bytes, solid, &fit.net, &design).map_err(Failure::writing)?;
+            }
+            Kind::Solid(format) => {
+                format.check(solid).map_err(Failure::exporting)?;
+                format.write(&mut bytes, solid, &design).map_err(Failure::writing)?;
+            }
+        }
+        Ok(bytes)
+    }
+
+    /// The side file, with these files.
+    ///
+    /// # Errors
+    /// A picture or lamp that is gone.
+    pub(crate) fn side_file(&self, name: &str, files: &Hashes, host: &dyn Host) -> Result<String, Failure> {
+        let Self { plan, block, .. } = self;
+        let hash_of = |path: &Path| host.bytes(path).map(|bytes| sha256(&bytes));
+        let sources = PictureRecord {
+            sha256: hash_of(&plan.picture)?,
+            beam_sha256: plan.settings.beam.as_deref().map(hash_of).transpose()?,
+        };
+        let settings =
+            Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
+        let (emission, bench) = (settings.emission.as_ref(), record_with(record_of(&plan.bench), &block.solid));
+        let mut side: SideFile = side_file(&settings, bench, &block.solid, sources, emission, host)?;
+        for (file, hash) in files {
+            if let Ok(Kind::Heights(_)) = Kind::of(file) {
+                side.height_maps.insert(file.clone(), height_map_entries(&HeightMap::of(&block.solid)));
+            }
+            side.files.insert(file.clone(), hash.clone());
+        }
+        side.to_text(name)
+    }
+}

@@ -1,0 +1,201 @@
+//! What a block looks like on its bench: the figures and pictures that a page shows.
+
+use crate::{reply::Reply, settings};
+use glasswarp::{
+    fabricate::FaceShape,
+    failure::Failure,
+    glam::DVec2,
+    irradiance::SourceSize,
+    pipeline::DesignedBlock,
+    record::document,
+    report::{Exposure, difference_picture, irradiance_picture},
+    solid::Solid,
+    spec::Settings,
+    study::{
+        bench::{bench_document, receiver_in_words},
+        budget::double_precision,
+        design::Plan,
+        judge::{self, Examiner, Subject, flux_document},
+        order::StockOrder,
+        verdict::seen_in_words,
+    },
+    surface::SurfaceSpline,
+};
+use glasswarp_verify::{Emission, Geometry, Image, Light, Optics, Scene, Surface};
+use js_sys::{Float32Array, Float64Array};
+use serde::Serialize;
+
+/// A block that was designed, and what is known of it.
+pub(crate) struct Made {
+    pub(crate) plan: Plan,
+    pub(crate) block: DesignedBlock,
+    pub(crate) subject: Subject,
+    pub(crate) examiner: Examiner,
+}
+
+/// What a page shows of a block.
+#[derive(Serialize)]
+pub(crate) struct Facts {
+    picture: Option<String>,
+    warnings: Vec<String>,
+    block: document::Block,
+    bench: document::Bench,
+    receiver: String,
+    light: document::Light,
+    rel_rms: Option<f64>,
+    ssim: Option<f64>,
+    seen: &'static str,
+    /// Radius of the sharpest hollow; none where the face bulges everywhere.
+    least_radius_mm: Option<f64>,
+    steepest_degrees: f64,
+    order: String,
+    pixels: [usize; 2],
+    solver_notes: Vec<String>,
+    iterations: usize,
+    levels_at_limit: usize,
+    settings: Settings,
+    command: String,
+    design_toml: String,
+    /// Irradiance that becomes white in the pictures.
+    white: f64,
+    stand: Stand,
+}
+
+/// How everything stands, for drawings and for the light that moves: the bench's frame, mm and radians.
+#[derive(Serialize)]
+struct Stand {
+    /// None for a mirror.
+    ior: Option<f64>,
+    face_mm: [f64; 2],
+    /// Semi-axes of the face's corners.
+    corner_mm: [f64; 2],
+    stock_mm: [f64; 2],
+    entry_z_mm: f64,
+    top_z_mm: f64,
+    distance_mm: f64,
+    receiver_turned: [f64; 3],
+    window_mm: [f64; 2],
+    window_centre_mm: [f64; 2],
+    light: StandingLight,
+    /// Of parallel light in radians, of a source in mm.
+    source_radius: Option<[f64; 2]>,
+}
+
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+enum StandingLight {
+    Parallel { direction: [f64; 3] },
+    Point { position_mm: [f64; 3], axis: [f64; 3], emission: &'static str, half_angle: f64 },
+}
+
+impl Stand {
+    fn of(solid: &Solid, scene: &Scene, settings: &Settings) -> Self {
+        let light = match &scene.light {
+            Light::Parallel { direction } => StandingLight::Parallel { direction: direction.normalize().to_array() },
+            Light::Point { position_mm, emission, axis } => {
+                let (emission, half_angle) = match emission {
+                    Emission::Isotropic => ("isotropic", 0.0),
+                    Emission::Lambertian => ("lambertian", 0.0),
+                    Emission::Gaussian { half_angle } => ("gaussian", *half_angle),
+                    Emission::Table(_) => ("table", 0.0),
+                };
+                let axis = axis.unwrap_or_default().normalize_or_zero().to_array();
+                StandingLight::Point { position_mm: position_mm.to_array(), axis, emission, half_angle }
+            }
+        };
+        let source_radius = settings.spread_source().map(|source| match source {
+            SourceSize::Angle { diameter } => [0.5 * diameter; 2],
+            SourceSize::Disc { diameter_mm } => [0.5 * diameter_mm; 2],
+            SourceSize::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
+        });
+        Self {
+            ior: if let Optics::Refracts { ior } = scene.optics { Some(ior) } else { None },
+            face_mm: solid.extent().as_vec().to_array(),
+            corner_mm: solid.surface().contour().radius_mm().to_array(),
+            stock_mm: solid.stock_extent().as_vec().to_array(),
+            entry_z_mm: solid.entry_z_mm(),
+            top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
+            distance_mm: scene.distance_mm,
+            receiver_turned: scene.receiver_turned.to_array(),
+            window_mm: scene.window.size_mm.to_array(),
+            window_centre_mm: scene.window.centre_mm.to_array(),
+            light,
+            source_radius,
+        }
+    }
+}
+
+impl Made {
+    /// Takes a block, to be looked at with so many pixels across at most.
+    pub(crate) fn of(plan: Plan, block: DesignedBlock, pixels: usize) -> Result<Self, Failure> {
+        let subject = double_precision(&block)?;
+        let target = judge::image_of(plan.target.cells());
+        let examiner = Examiner::new(plan.scene.clone(), Some(&target), pixels);
+        Ok(Self { plan, block, subject, examiner })
+    }
+
+    /// Figures and pictures.
+    pub(crate) fn facts(&self, reply: &mut Reply, mesh: usize) -> Result<Facts, Failure> {
+        let Self { plan, block, subject, examiner } = self;
+        let solid = &block.solid;
+        let seen = examiner.trace(subject, Surface::Spline, Geometry::Displaced)?;
+        let likeness = examiner.likeness(&seen.image)?;
+        let target = examiner.target().unwrap_or(&seen.image);
+        self.pictures(reply, &seen.image, target);
+        let spline = SurfaceSpline::through(solid.surface());
+        let shape = FaceShape::of_spline(solid.surface(), &spline);
+        reply.array("mesh", mesh_of(&spline, mesh));
+        let settings = Settings { picture: Some(plan.picture.clone()), ..plan.settings.clone() };
+        Ok(Facts {
+            picture: plan.understood.line(),
+            warnings: block.summary.warnings.clone(),
+            block: plan.document(block),
+            bench: bench_document(&plan.scene, solid.entry_z_mm()),
+            receiver: receiver_in_words(&plan.bench, block.surface.range_mm().1),
+            light: flux_document(&seen.flux),
+            rel_rms: likeness.and_then(|likeness| document::finite(likeness.rel_rms)),
+            ssim: likeness.and_then(|likeness| document::finite(likeness.ssim)),
+            seen: seen_in_words(likeness.map_or(f64::NAN, |likeness| likeness.ssim)).1,
+            least_radius_mm: document::finite(shape.sharpest().radius_mm),
+            steepest_degrees: shape.steepest().1.atan().to_degrees(),
+            order: StockOrder::of_design(solid, &plan.settings).in_words(),
+            pixels: [seen.image.nx, seen.image.ny],
+            solver_notes: block.summary.notes.clone(),
+            iterations: block.summary.iterations(),
+            levels_at_limit: block.summary.levels_at_limit(),
+            command: settings::command(&plan.settings, &plan.picture),
+            design_toml: settings::to_toml(&settings)?,
+            white: Exposure::of(&plan.target, plan.transfer.into()).white,
+            stand: Stand::of(solid, &plan.scene, &plan.settings),
+            settings,
+        })
+    }
+
+    /// Light, target and their difference, in the exposure of the target.
+    pub(crate) fn pictures(&self, reply: &mut Reply, light: &Image, target: &Image) {
+        let exposure = Exposure::of(&self.plan.target, self.plan.transfer.into());
+        let [light, target] = [light, target].map(judge::field_of);
+        reply.picture("light", &irradiance_picture(&light, exposure));
+        reply.picture("target", &irradiance_picture(&target, exposure));
+        reply.picture("difference", &difference_picture(&target, &light, exposure));
+    }
+
+    /// Heights of the exit face, mm, rows along +y.
+    pub(crate) fn heights(&self) -> Float64Array {
+        Float64Array::from(self.block.solid.surface().heights_mm().as_slice())
+    }
+}
+
+/// The face for the light that moves: x, y, height and slopes along both at `across` x `across` places, rows along +y.
+fn mesh_of(spline: &SurfaceSpline, across: usize) -> Float32Array {
+    let extent = spline.extent();
+    let mut values = Vec::with_capacity(5 * across * across);
+    for j in 0..across {
+        for i in 0..across {
+            let at: DVec2 = extent.node(i, j, across, across);
+            let face = spline.sample(at);
+            values.extend([at.x, at.y, face.height_mm, face.slope.x, face.slope.y].map(|value| value as f32));
+        }
+    }
+    Float32Array::from(values.as_slice())
+}
