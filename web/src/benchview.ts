@@ -2,7 +2,8 @@
 // Horizontal is the axis (z), vertical is up (y).
 
 import { h, svg } from "./dom";
-import { path, rotation } from "./optics";
+import { rotation } from "../../src/report/html/photons.js";
+import { path } from "./optics";
 import type { Stand, Vec3 } from "./protocol";
 import { inMm, type State } from "./state";
 import { number, say } from "./strings";

@@ -2,43 +2,32 @@
 
 import { h } from "./dom";
 import type { Engine } from "./engine";
-import { designPose, MOVING, Photons, RESTING, type Pose } from "./photons";
-import type { Reply, Stand, Vec3 } from "./protocol";
+import { LiveLight, poseOf, slidersOf, type Pose, type Slider, type SliderName } from "../../src/report/html/photons.js";
+import type { Reply, Stand } from "./protocol";
 import { number, say, type Words } from "./strings";
 
 /** Pixels across, of the picture and of the comparison. */
 const ACROSS = 384;
 const COMPARED = 128;
-/** Points of a source that are drawn for a frame: as many as a frame of so many ms has time for. */
-const POINTS = 6;
-const FRAME = 45;
-
-type Slider = "distance" | "wallTilt" | "blockTilt" | "lightX" | "lightY" | "source" | "index";
-
-interface Range {
-  label: keyof Words;
-  min: number;
-  max: number;
-  step: number;
-  digits: number;
-  unit: string;
-}
-
-const DEG = Math.PI / 180;
+const LABELS: Record<SliderName, keyof Words> = {
+  distance: "poseDistance",
+  wallTilt: "poseWallTilt",
+  blockTilt: "poseBlockTilt",
+  lightX: "poseLightX",
+  lightY: "poseLightY",
+  source: "poseSource",
+  index: "poseIndex",
+};
 
 export class LightPanel {
   readonly element: HTMLElement;
   private readonly canvas = h("canvas", { role: "img", "aria-label": say("moving"), class: "moving", width: ACROSS, height: ACROSS });
-  private readonly sliders = new Map<Slider, { input: HTMLInputElement; output: HTMLOutputElement; row: HTMLElement; range: Range }>();
+  private readonly sliders = new Map<SliderName, { input: HTMLInputElement; output: HTMLOutputElement; row: HTMLElement; slider: Slider | null }>();
   private readonly note = h("p", { class: "note", "aria-live": "polite", id: "moving-note" });
   private readonly rate = h("span", { class: "note", id: "moving-rate" });
-  private photons: Photons | null = null;
+  private live: LiveLight | null = null;
   private stand: Stand | null = null;
   private engine: Engine | null = null;
-  private white = 1;
-  private frame = 0;
-  private rest = 0;
-  private points = 1;
 
   constructor() {
     this.element = h(
@@ -58,7 +47,7 @@ export class LightPanel {
       this.note,
     );
     try {
-      this.photons = new Photons(this.canvas);
+      this.live = new LiveLight(this.canvas);
     } catch {
       this.canvas.hidden = true;
       this.note.textContent = say("noWebgl");
@@ -66,146 +55,66 @@ export class LightPanel {
   }
 
   private rows(): HTMLElement[] {
-    const ranges: Record<Slider, Range> = {
-      distance: { label: "poseDistance", min: 50, max: 500, step: 1, digits: 0, unit: "mm" },
-      wallTilt: { label: "poseWallTilt", min: -45, max: 45, step: 0.5, digits: 1, unit: "°" },
-      blockTilt: { label: "poseBlockTilt", min: -20, max: 20, step: 0.1, digits: 1, unit: "°" },
-      lightX: { label: "poseLightX", min: -30, max: 30, step: 0.1, digits: 1, unit: "°" },
-      lightY: { label: "poseLightY", min: -30, max: 30, step: 0.1, digits: 1, unit: "°" },
-      source: { label: "poseSource", min: 0, max: 2, step: 0.01, digits: 2, unit: "°" },
-      index: { label: "poseIndex", min: 1.3, max: 1.8, step: 0.001, digits: 3, unit: "" },
-    };
-    return Object.entries(ranges).map(([name, range]) => {
+    return Object.entries(LABELS).map(([name, label]) => {
       const output = h("output", {});
-      const input = h("input", { type: "range", id: `pose-${name}`, min: range.min, max: range.max, step: range.step, oninput: () => this.moved() });
-      const row = h("label", {}, h("span", {}, say(range.label), " ", output), input);
-      this.sliders.set(name as Slider, { input, output, row, range });
+      const input = h("input", { type: "range", id: `pose-${name}`, oninput: () => this.moved() });
+      const row = h("label", {}, h("span", {}, say(label), " ", output), input);
+      this.sliders.set(name as SliderName, { input, output, row, slider: null });
       return row;
     });
   }
 
   /** Takes a block, and the engine whose verifier knows it. */
   take(mesh: Float32Array, stand: Stand, white: number, engine: Engine): void {
-    const isNew = this.stand === null || this.stand.light.kind !== stand.light.kind;
-    const before = this.stand;
-    Object.assign(this, { stand, white, engine });
-    if (!this.photons) return;
+    const isNew = JSON.stringify(this.stand) !== JSON.stringify(stand);
+    Object.assign(this, { stand, engine });
+    if (!this.live) return;
+    const nodes = Math.round(Math.sqrt(mesh.length / 5));
     try {
-      this.photons.take(mesh, stand, ACROSS);
+      this.live.take(mesh, nodes, nodes, stand, ACROSS, white);
     } catch {
-      this.photons = null;
+      this.live = null;
       this.canvas.hidden = true;
       this.note.textContent = say("noWebgl");
       return;
     }
-    this.points = this.paced();
-    this.set("distance", { min: Math.max(1, Math.round(0.4 * stand.distance_mm)), max: Math.round(1.8 * stand.distance_mm) });
-    this.set("source", stand.light.kind === "point" ? { max: 40, step: 0.1, unit: "mm" } : { max: 2, step: 0.01, unit: "°" });
-    const index = this.sliders.get("index");
-    if (index) index.row.hidden = stand.ior === null;
-    this.note.textContent = stand.light.kind === "point" && stand.light.emission === "table" ? say("lightMissing") : "";
-    if (isNew || JSON.stringify(before) !== JSON.stringify(stand)) this.reset();
+    const known = new Map(slidersOf(stand).map((slider) => [slider.name, slider]));
+    for (const [name, row] of this.sliders) {
+      row.slider = known.get(name) ?? null;
+      row.row.hidden = row.slider === null;
+      if (row.slider) Object.assign(row.input, { min: String(row.slider.min), max: String(row.slider.max), step: String(row.slider.step) });
+    }
+    this.note.textContent = stand.unsaid === null ? "" : say("lightMissing");
+    if (isNew) this.reset();
     else this.moved();
   }
 
-  /** How many points of a source there is time for. */
-  private paced(): number {
-    const { photons, stand } = this;
-    if (!photons || !stand) return 1;
-    const begin = performance.now();
-    photons.begin(designPose(stand), MOVING);
-    photons.add(1);
-    photons.finish();
-    return Math.min(POINTS, Math.max(1, Math.floor(FRAME / (performance.now() - begin))));
-  }
-
-  private set(name: Slider, changes: Partial<Range>): void {
-    const slider = this.sliders.get(name);
-    if (!slider) return;
-    Object.assign(slider.range, changes);
-    Object.assign(slider.input, { min: String(slider.range.min), max: String(slider.range.max), step: String(slider.range.step) });
-  }
-
-  private value(name: Slider): number {
-    return Number(this.sliders.get(name)?.input.value ?? 0);
-  }
-
-  /** Puts every slider where the design has it. Angles are counted from the design's own. */
+  /** Puts every slider where the design has it. */
   private reset(): void {
-    const { stand } = this;
-    if (!stand) return;
-    const radius = stand.source_radius?.[0] ?? 0;
-    const source = stand.light.kind === "point" ? 2 * radius : (2 * radius) / DEG;
-    const values: Record<Slider, number> = { distance: stand.distance_mm, wallTilt: 0, blockTilt: 0, lightX: 0, lightY: 0, source, index: stand.ior ?? 1 };
-    for (const [name, value] of Object.entries(values)) {
-      const slider = this.sliders.get(name as Slider);
-      if (slider) slider.input.value = String(value);
-    }
+    for (const { input, slider } of this.sliders.values()) if (slider) input.value = String(slider.value);
     this.moved();
   }
 
   /** The pose that the sliders show. */
   private pose(): Pose | null {
-    const { stand } = this;
-    if (!stand) return null;
-    const pose = designPose(stand);
-    const near = (value: number, design: number, step: number) => (Math.abs(value - design) <= 0.51 * step ? design : value);
-    pose.distance_mm = near(this.value("distance"), stand.distance_mm, 1);
-    if (stand.ior !== null) pose.ior = near(this.value("index"), stand.ior, 0.001);
-    pose.receiver_turned = [stand.receiver_turned[0] - this.value("wallTilt") * DEG, stand.receiver_turned[1], stand.receiver_turned[2]];
-    pose.block_turned = [this.value("blockTilt") * DEG, 0, 0];
-    const [aside, above] = [this.value("lightX") * DEG, this.value("lightY") * DEG];
-    if (pose.direction) {
-      const [x, y, z] = pose.direction;
-      pose.direction = turned([x, y, z], above, aside);
-    } else if (pose.position_mm) {
-      pose.position_mm = turned(pose.position_mm, above, aside);
-    }
-    const size = this.value("source");
-    const radius = stand.light.kind === "point" ? 0.5 * size : 0.5 * size * DEG;
-    const design = stand.source_radius ?? [0, 0];
-    const ratio = design[0] > 0 ? design[1] / design[0] : 1;
-    pose.source_radius = [radius, radius * ratio];
-    return pose;
+    const values = Object.fromEntries([...this.sliders].map(([name, { input }]) => [name, Number(input.value)]));
+    return this.stand && poseOf(this.stand, values as Record<SliderName, number>);
   }
 
   private moved(): void {
-    for (const { input, output, range } of this.sliders.values()) output.value = `${number(Number(input.value), range.digits)} ${range.unit}`;
-    cancelAnimationFrame(this.frame);
-    clearTimeout(this.rest);
-    this.frame = requestAnimationFrame(() => this.draw());
-    this.rest = window.setTimeout(() => this.refine(true), 200);
-  }
-
-  /** At once, and roughly. */
-  private draw(): void {
+    for (const { input, output, slider } of this.sliders.values()) if (slider) output.value = `${number(Number(input.value), slider.digits)} ${slider.unit}`;
     const pose = this.pose();
-    if (!pose || !this.photons) return;
-    this.photons.begin(pose, MOVING);
-    this.photons.add(this.points);
-    this.photons.display(this.white);
-  }
-
-  /** Finely, a few points of the source in every frame. */
-  private refine(isFirst: boolean): void {
-    const pose = this.pose();
-    if (!pose || !this.photons) return;
-    if (isFirst) this.photons.begin(pose, RESTING);
-    const isMore = this.photons.add(this.points);
-    this.photons.display(this.white);
-    if (isMore) this.frame = requestAnimationFrame(() => this.refine(false));
+    if (pose) this.live?.show(pose);
   }
 
   /** Draws frames as fast as they come, and tells how fast that is. */
   async measure(frames: number): Promise<number> {
     const pose = this.pose();
-    if (!pose || !this.photons) return 0;
+    if (!pose || !this.live) return 0;
     const begin = performance.now();
     for (let k = 0; k < frames; k++) {
-      this.photons.begin({ ...pose, distance_mm: pose.distance_mm * (1 + 0.001 * k) }, MOVING);
-      this.photons.add(this.points);
-      this.photons.display(this.white);
-      this.photons.finish();
+      this.live.draw({ ...pose, distance_mm: pose.distance_mm * (1 + 0.001 * k) });
+      this.live.photons.finish();
       if (k % 4 === 3) await new Promise(requestAnimationFrame);
     }
     const rate = (1000 * frames) / (performance.now() - begin);
@@ -215,9 +124,9 @@ export class LightPanel {
 
   /** The light of this pose against the verifier's beams: what each says of the same pixels. */
   async check(): Promise<number | null> {
-    const { stand, engine, photons } = this;
+    const { stand, engine, live } = this;
     const pose = this.pose();
-    if (!stand || !engine || !photons || !pose) return null;
+    if (!stand || !engine || !live || !pose) return null;
     const asked = {
       ior: pose.ior,
       "distance-mm": pose.distance_mm,
@@ -229,7 +138,7 @@ export class LightPanel {
     try {
       const found = await engine.call<Reply<{ pixels: [number, number] }>>({ method: "pose", args: [JSON.stringify(asked), COMPARED] });
       const truth = found.arrays.light as Float32Array;
-      const own = photons.light(pose, COMPARED);
+      const own = live.photons.light(pose, COMPARED);
       const error = relativeRms(own, truth);
       this.note.textContent = say("selfCheckResult", { error: number(100 * error, 2), n: found.facts.pixels[0] });
       await this.measure(12);
@@ -238,7 +147,7 @@ export class LightPanel {
       this.note.textContent = (fault as { message?: string }).message ?? String(fault);
       return null;
     } finally {
-      this.refine(true);
+      live.show(pose);
     }
   }
 }
@@ -250,12 +159,4 @@ export function relativeRms(a: Float32Array, b: Float32Array): number {
   let sum = 0;
   for (let k = 0; k < a.length; k++) sum += (a[k] / ma - b[k] / mb) ** 2;
   return Math.sqrt(sum / a.length);
-}
-
-/** A vector turned: so that it comes more from above, then more from the side (the picture's right, -x). */
-function turned([x, y, z]: Vec3, above: number, aside: number): Vec3 {
-  const [c, s] = [Math.cos(above), Math.sin(above)];
-  const [y1, z1] = [c * y - s * z, s * y + c * z];
-  const [d, t] = [Math.cos(aside), Math.sin(aside)];
-  return [d * x + t * z1, y1, d * z1 - t * x];
 }

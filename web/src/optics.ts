@@ -1,26 +1,9 @@
 // Refraction for drawings: of one ray, in the frame of the bench. The light that moves has the same in its shader, the solver its own.
 
+import { normalised, rotation } from "../../src/report/html/photons.js";
 import type { Stand, Vec3 } from "./protocol";
 
 export const dot = (a: Vec3, b: Vec3): number => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-export const normalised = (v: Vec3): Vec3 => {
-  const length = Math.hypot(...v) || 1;
-  return [v[0] / length, v[1] / length, v[2] / length];
-};
-
-/** Rodrigues' rotation: the matrix, by columns, of a rotation vector. */
-export function rotation([x, y, z]: Vec3): [Vec3, Vec3, Vec3] {
-  const angle = Math.hypot(x, y, z);
-  if (angle === 0) return [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-  const [u, v, w] = [x / angle, y / angle, z / angle];
-  const [s, c] = [Math.sin(angle), Math.cos(angle)];
-  const t = 1 - c;
-  return [
-    [t * u * u + c, t * u * v + s * w, t * u * w - s * v],
-    [t * u * v - s * w, t * v * v + c, t * v * w + s * u],
-    [t * u * w + s * v, t * v * w - s * u, t * w * w + c],
-  ];
-}
 
 /** A ray's way: from the light, through the entry face and a point of the exit face, to the receiver. Null where it does not get there. */
 export function path(stand: Stand, at: Vec3, slope: [number, number]): Vec3[] | null {

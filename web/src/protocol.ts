@@ -48,6 +48,8 @@ export interface Stand {
   window_centre_mm: [number, number];
   light: StandingLight;
   source_radius: [number, number] | null;
+  /** What of the light these numbers do not say. */
+  unsaid: string | null;
 }
 
 export interface Flux {

@@ -1,11 +1,9 @@
-// The panel of the light that moves; `Photons` and what goes with it stand before this in the same script.
+// The panel of the light that moves; photons.js stands before this in the same script.
 {
   const panel = document.getElementById("moving");
   const canvas = panel.querySelector("canvas");
   const { stand, white, linear } = JSON.parse(document.getElementById("moving-light").textContent);
   const scene = JSON.parse(document.getElementById("scene").textContent);
-  /** Points of a source: while something moves, and once it rests. */
-  const MOVING = 6, RESTING = 48;
   const ACROSS = 384;
 
   const bytes = (text) => new DataView(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
@@ -32,26 +30,19 @@
   };
   const sliders = slidersOf(stand);
   const inputs = new Map();
-  let photons = null, frame = 0, rest = 0;
-  const draw = (samples) => {
-    const values = Object.fromEntries([...inputs].map(([name, { input }]) => [name, Number(input.value)]));
-    photons.draw(poseOf(stand, values), samples, white, linear);
-  };
+  let live = null;
   const moved = () => {
     for (const { input, output, slider } of inputs.values()) output.value = `${Number(input.value).toFixed(slider.digits)} ${slider.unit}`;
-    cancelAnimationFrame(frame);
-    frame = requestAnimationFrame(() => draw(MOVING));
-    clearTimeout(rest);
-    rest = setTimeout(() => draw(RESTING), 200);
+    live.show(poseOf(stand, Object.fromEntries([...inputs].map(([name, { input }]) => [name, Number(input.value)]))));
   };
   const reset = () => {
     for (const { input, slider } of inputs.values()) input.value = slider.value;
     moved();
   };
   try {
-    photons = new Photons(canvas);
+    live = new LiveLight(canvas);
     const [nx, ny] = scene.nodes;
-    photons.take(mesh(), nx, ny, stand, ACROSS);
+    live.take(mesh(), nx, ny, stand, ACROSS, white, linear);
     for (const slider of sliders) {
       const [label, text, output, input] = ["label", "span", "output", "input"].map((name) => document.createElement(name));
       text.append(`${names[slider.name]} `, output);

@@ -82,9 +82,13 @@ function comingFrom([x, y, z], above, aside) {
   return [d * x + t * z1, y1, d * z1 - t * x];
 }
 
-/** Samples per pixel along each side: of what is shown, and of what is compared. */
-const SHOWN = 2;
+/** Samples per pixel along each side: while something moves, once it rests, and of what is compared. */
+const MOVING = 1;
+const RESTING = 2;
 const COMPARED = 4;
+/** Points of a source that has a size, and the step in which they take turns, so that any few of them are spread over all of it. */
+const POINTS = 48;
+const TURN = 29;
 
 const VERTEX = `#version 300 es
 precision highp float;
@@ -224,7 +228,12 @@ function program(gl, vertex, fragment) {
 
 /** Draws the light of one block. Throws where there is no WebGL2 that adds up floats. */
 class Photons {
+  /** Of the film as it is now. */
   oversampling = 1;
+  /** Of the light that is being drawn, how many points of its source are, and all of them. */
+  sampling = 1;
+  drawn = 0;
+  points = [];
   size = [0, 0];
   count = 0;
   stand = null;
@@ -268,10 +277,11 @@ class Photons {
     gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, corners, gl.STATIC_DRAW);
     this.count = corners.length;
     const [width, height] = stand.window_mm;
-    this.resize(across, Math.max(1, Math.round((across * height) / width)), SHOWN);
+    this.resize(across, Math.max(1, Math.round((across * height) / width)), RESTING);
     this.scale = 1;
     const design = designPose(stand);
-    this.accumulate({ ...design, source_radius: [0, 0] }, 1);
+    this.begin({ ...design, source_radius: [0, 0] });
+    this.add(1);
     const light = this.read();
     this.scale = light.length / (light.reduce((sum, value) => sum + value, 0) || 1);
   }
@@ -292,17 +302,17 @@ class Photons {
     if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) throw new Error("no target of floats");
   }
 
-  /** Adds up the light of a pose, of so many points of the source if it has a size. */
-  accumulate(pose, samples) {
-    const { gl, stand, oversampling, size, density } = this;
+  /** Begins the light of a pose, with `oversampling` samples per pixel along each side. */
+  begin(pose, oversampling = this.oversampling) {
+    const { gl, stand, size, density } = this;
     if (!stand) return;
     const at = (name) => gl.getUniformLocation(density, name);
+    this.sampling = oversampling;
+    this.drawn = 0;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
-    gl.viewport(0, 0, size[0] * oversampling, size[1] * oversampling);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    gl.enable(gl.BLEND);
-    gl.blendFunc(gl.ONE, gl.ONE);
+    gl.viewport(0, 0, size[0] * oversampling, size[1] * oversampling);
     gl.useProgram(density);
     gl.uniform1f(at("ior"), pose.ior ?? 0);
     const half = ([x, y]) => [x / 2, y / 2];
@@ -324,40 +334,57 @@ class Photons {
       gl.uniform1i(at("emission"), { lambertian: 1, gaussian: 2 }[stand.light.emission] ?? 0);
       gl.uniform1f(at("halfAngle"), stand.light.half_angle || 1);
     }
-    const hasSize = pose.source_radius[0] > 0 || pose.source_radius[1] > 0;
-    const points = hasSize ? samples : 1;
     // Power by area in samples becomes irradiance.
-    gl.uniform1f(at("scale"), this.scale / points);
+    gl.uniform1f(at("scale"), this.scale * oversampling ** 2);
     const u = normalised(Math.abs(axis[0]) < 0.9 ? [1 - axis[0] * axis[0], -axis[0] * axis[1], -axis[0] * axis[2]] : [-axis[1] * axis[0], 1 - axis[1] * axis[1], -axis[1] * axis[2]]);
     const v = [axis[1] * u[2] - axis[2] * u[1], axis[2] * u[0] - axis[0] * u[2], axis[0] * u[1] - axis[1] * u[0]];
     const centre = isPoint ? (pose.position_mm ?? [0, 0, -1]) : axis;
-    for (let k = 0; k < points; k++) {
+    const hasSize = pose.source_radius[0] > 0 || pose.source_radius[1] > 0;
+    this.points = Array.from({ length: hasSize ? POINTS : 1 }, (_, k) => {
       // Vogel's spiral: even over the disc.
-      const [r, phi] = hasSize ? [Math.sqrt((k + 0.5) / points), k * Math.PI * (3 - Math.sqrt(5))] : [0, 0];
+      const spot = (k * TURN) % POINTS;
+      const [r, phi] = hasSize ? [Math.sqrt((spot + 0.5) / POINTS), spot * Math.PI * (3 - Math.sqrt(5))] : [0, 0];
       const [a, b] = [pose.source_radius[0] * r * Math.cos(phi), pose.source_radius[1] * r * Math.sin(phi)];
-      gl.uniform3f(at("light"), centre[0] + a * u[0] + b * v[0], centre[1] + a * u[1] + b * v[1], centre[2] + a * u[2] + b * v[2]);
-      gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
-    }
-    gl.disable(gl.BLEND);
+      return [centre[0] + a * u[0] + b * v[0], centre[1] + a * u[1] + b * v[1], centre[2] + a * u[2] + b * v[2]];
+    });
   }
 
-  /** Shows a pose; `white` is the irradiance that becomes white. Greys are encoded for a screen unless they are to be linear. */
-  draw(pose, samples, white, isLinear = false) {
+  /** Adds the light of so many points of the source; says whether there are more. */
+  add(points) {
+    const { gl, size, sampling } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
+    gl.viewport(0, 0, size[0] * sampling, size[1] * sampling);
+    gl.useProgram(this.density);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.ONE, gl.ONE);
+    const light = gl.getUniformLocation(this.density, "light");
+    for (const point of this.points.slice(this.drawn, this.drawn + points)) {
+      gl.uniform3fv(light, point);
+      gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
+      this.drawn += 1;
+    }
+    gl.disable(gl.BLEND);
+    return this.drawn < this.points.length;
+  }
+
+  /** Shows what there is; `white` is the irradiance that becomes white. Greys are encoded for a screen unless they are to be linear. */
+  display(white, isLinear = false) {
     const { gl, size, show } = this;
-    this.accumulate(pose, samples);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, size[0], size[1]);
     gl.useProgram(show);
     gl.bindTexture(gl.TEXTURE_2D, this.sums);
-    gl.uniform1i(gl.getUniformLocation(show, "oversampling"), this.oversampling);
-    gl.uniform1f(gl.getUniformLocation(show, "white"), white);
+    gl.uniform1i(gl.getUniformLocation(show, "oversampling"), this.sampling);
+    gl.uniform1f(gl.getUniformLocation(show, "white"), white * Math.max(1, this.drawn));
     gl.uniform1i(gl.getUniformLocation(show, "isLinear"), isLinear ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   /** Waits until everything is drawn. */
   finish() {
-    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
+    const { gl } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.FLOAT, new Float32Array(4));
   }
 
   /** Irradiance in the window, row by row from the top; 1 is the mean of the design. */
@@ -376,15 +403,68 @@ class Photons {
     return light;
   }
 
-  /** The light of a pose at so many pixels across, for comparison. */
+  /** The light of a pose and a point for a source at so many pixels across, for comparison. */
   light(pose, across) {
     const [width, height] = this.size;
     this.resize(across, Math.max(1, Math.round((across * height) / width)), COMPARED);
-    this.accumulate(pose, 1);
+    this.begin({ ...pose, source_radius: [0, 0] });
+    this.add(1);
     const light = this.read();
-    this.resize(width, height, SHOWN);
+    this.resize(width, height, RESTING);
     return light;
   }
 }
 
-export { Photons, designPose, poseOf, slidersOf };
+/** Points of a source that are drawn for a frame: as many as a frame of so many ms has time for. */
+const MOST_POINTS = 6;
+const FRAME_MS = 45;
+/** When a pose is taken to rest, ms. */
+const REST_MS = 200;
+
+/** Shows poses as they come: at once and roughly, finely once they rest. Throws where `Photons` does. */
+class LiveLight {
+  pose = null;
+  frame = 0;
+  rest = 0;
+  points = 1;
+
+  constructor(canvas) {
+    this.photons = new Photons(canvas);
+  }
+
+  /** Takes a block, as `Photons` does, and how its light is shown. */
+  take(mesh, nx, ny, stand, across, white, isLinear = false) {
+    this.photons.take(mesh, nx, ny, stand, across);
+    Object.assign(this, { white, isLinear });
+    const begin = performance.now();
+    this.photons.begin(designPose(stand), MOVING);
+    this.photons.add(1);
+    this.photons.finish();
+    this.points = Math.min(MOST_POINTS, Math.max(1, Math.floor(FRAME_MS / (performance.now() - begin))));
+  }
+
+  show(pose) {
+    this.pose = pose;
+    cancelAnimationFrame(this.frame);
+    clearTimeout(this.rest);
+    this.frame = requestAnimationFrame(() => this.draw());
+    this.rest = setTimeout(() => this.refine(true), REST_MS);
+  }
+
+  /** At once, and roughly. */
+  draw(pose = this.pose) {
+    this.photons.begin(pose, MOVING);
+    this.photons.add(this.points);
+    this.photons.display(this.white, this.isLinear);
+  }
+
+  /** Finely, a few points of the source in every frame. */
+  refine(isFirst) {
+    if (isFirst) this.photons.begin(this.pose, RESTING);
+    const isMore = this.photons.add(this.points);
+    this.photons.display(this.white, this.isLinear);
+    if (isMore) this.frame = requestAnimationFrame(() => this.refine(false));
+  }
+}
+
+export { LiveLight, designPose, normalised, poseOf, rotation, slidersOf };

@@ -5,11 +5,9 @@ use glasswarp::{
     fabricate::FaceShape,
     failure::Failure,
     glam::DVec2,
-    irradiance::SourceSize,
     pipeline::DesignedBlock,
     record::document,
     report::{Exposure, difference_picture, irradiance_picture},
-    solid::Solid,
     spec::Settings,
     study::{
         bench::{bench_document, receiver_in_words},
@@ -17,11 +15,12 @@ use glasswarp::{
         design::Plan,
         judge::{self, Examiner, Subject, flux_document},
         order::StockOrder,
+        stand::Stand,
         verdict::seen_in_words,
     },
     surface::SurfaceSpline,
 };
-use glasswarp_verify::{Emission, Geometry, Image, Light, Optics, Scene, Surface};
+use glasswarp_verify::{Geometry, Image, Surface};
 use js_sys::{Float32Array, Float64Array};
 use serde::Serialize;
 
@@ -59,70 +58,6 @@ pub(crate) struct Facts {
     /// Irradiance that becomes white in the pictures.
     white: f64,
     stand: Stand,
-}
-
-/// How everything stands, for drawings and for the light that moves: the bench's frame, mm and radians.
-#[derive(Serialize)]
-struct Stand {
-    /// None for a mirror.
-    ior: Option<f64>,
-    face_mm: [f64; 2],
-    /// Semi-axes of the face's corners.
-    corner_mm: [f64; 2],
-    stock_mm: [f64; 2],
-    entry_z_mm: f64,
-    top_z_mm: f64,
-    distance_mm: f64,
-    receiver_turned: [f64; 3],
-    window_mm: [f64; 2],
-    window_centre_mm: [f64; 2],
-    light: StandingLight,
-    /// Of parallel light in radians, of a source in mm.
-    source_radius: Option<[f64; 2]>,
-}
-
-#[derive(Serialize)]
-#[serde(tag = "kind", rename_all = "kebab-case")]
-enum StandingLight {
-    Parallel { direction: [f64; 3] },
-    Point { position_mm: [f64; 3], axis: [f64; 3], emission: &'static str, half_angle: f64 },
-}
-
-impl Stand {
-    fn of(solid: &Solid, scene: &Scene, settings: &Settings) -> Self {
-        let light = match &scene.light {
-            Light::Parallel { direction } => StandingLight::Parallel { direction: direction.normalize().to_array() },
-            Light::Point { position_mm, emission, axis } => {
-                let (emission, half_angle) = match emission {
-                    Emission::Isotropic => ("isotropic", 0.0),
-                    Emission::Lambertian => ("lambertian", 0.0),
-                    Emission::Gaussian { half_angle } => ("gaussian", *half_angle),
-                    Emission::Table(_) => ("table", 0.0),
-                };
-                let axis = axis.unwrap_or_default().normalize_or_zero().to_array();
-                StandingLight::Point { position_mm: position_mm.to_array(), axis, emission, half_angle }
-            }
-        };
-        let source_radius = settings.spread_source().map(|source| match source {
-            SourceSize::Angle { diameter } => [0.5 * diameter; 2],
-            SourceSize::Disc { diameter_mm } => [0.5 * diameter_mm; 2],
-            SourceSize::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
-        });
-        Self {
-            ior: if let Optics::Refracts { ior } = scene.optics { Some(ior) } else { None },
-            face_mm: solid.extent().as_vec().to_array(),
-            corner_mm: solid.surface().contour().radius_mm().to_array(),
-            stock_mm: solid.stock_extent().as_vec().to_array(),
-            entry_z_mm: solid.entry_z_mm(),
-            top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
-            distance_mm: scene.distance_mm,
-            receiver_turned: scene.receiver_turned.to_array(),
-            window_mm: scene.window.size_mm.to_array(),
-            window_centre_mm: scene.window.centre_mm.to_array(),
-            light,
-            source_radius,
-        }
-    }
 }
 
 impl Made {
@@ -166,7 +101,7 @@ impl Made {
             command: settings::command(&plan.settings, &plan.picture),
             design_toml: settings::to_toml(&settings)?,
             white: Exposure::of(&plan.target, plan.transfer.into()).white,
-            stand: Stand::of(solid, &plan.scene, &plan.settings),
+            stand: Stand::of_design(solid, &plan.scene, &plan.settings),
             settings,
         })
     }
