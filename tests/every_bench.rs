@@ -56,8 +56,8 @@ const COLUMNS: [(&str, f64); 11] = [
     ("receiver 5 mm off", 3.4),
     ("turned by 1°", 3.2),
     ("50 µm of power", 1.6),
-    ("0.5 mm thicker", 2.0),
-    ("light of 0.53°", 1.6),
+    ("0.5 mm thicker", 1.7),
+    ("light of 0.53°", 1.3),
     ("sweep, as built", 3.4),
     ("sweep of the index", 1.6),
 ];

@@ -80,6 +80,13 @@ fn the_report_of_a_design_works_in_a_browser() {
     assert_eq!(found["focus"], "fine", "every control is reached by the keyboard");
     assert!(found["command"].as_str().is_some_and(|text| text.starts_with("glasswarp design chiral.png -o block.stl")));
 
+    let moving = found["moving"].as_object().unwrap();
+    let apart = |name: &str| moving[name].as_f64().unwrap();
+    assert!(moving["shown"] == true && apart("designed") < 0.03, "light that moves, as designed: {moving:?}");
+    assert!(apart("back") < 1e-6, "a reset gives the light of the design again: {moving:?}");
+    let sliders: Vec<f64> = (0..7).map(|k| apart(&format!("slider {k}"))).collect();
+    assert!(sliders.iter().all(|moved| *moved > 0.01), "every slider moves the light: {moving:?}");
+
     assert_eq!(found["folded"], "fine", "a link unfolds what is for the engineer");
     assert_eq!(found["narrow"], Value::Array(vec![]), "nothing is cut off, and no words lie over buttons");
 
@@ -141,6 +148,8 @@ fn a_report_is_written_beside_the_block_where_it_is_named_or_not_at_all() {
     assert_eq!(workshop.run(design).code, FINE);
     let html = fs::read_to_string(workshop.path("block.report.html")).unwrap();
     assert!(html.contains("As the solver itself sees it") && html.contains("How the solver converged"));
+    // It speaks of flags, as the terminal does.
+    assert!(html.contains("One warning") && html.contains("--source-size sun") && !html.contains("`source-size`"));
     fs::remove_file(workshop.path("block.report.html")).unwrap();
     assert_eq!(workshop.run(&format!("{design} --no-report")).code, FINE);
     assert!(!workshop.path("block.report.html").exists());

@@ -10,7 +10,6 @@ use super::{
     verify::PlacingArgs,
 };
 use crate::{
-    fabricate::Cutter,
     failure::Failure,
     record::document,
     report::{
@@ -18,7 +17,7 @@ use crate::{
         pages::{common::exposure_of, maps},
         text,
     },
-    spec::{self, Angle, Length, SourceName},
+    spec::{self, Angle, CutterArgs, Length, ToleranceArgs},
     study::{
         check::{CheckLine, CheckStudy, FaceForm, Makeable, Shop},
         design::Plan,
@@ -52,14 +51,8 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH")]
     distance: Option<Length>,
 
-    /// The finishing cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without
-    /// a letter), flat:d12mm, bull:d12mm,r1mm (its corner's radius last)
-    #[arg(long, value_name = "CUTTER", default_value = "ball:d6mm")]
-    cutter: Cutter,
-
-    /// From row to row
-    #[arg(long, value_name = "LENGTH", default_value = "0.1mm", allow_hyphen_values = true)]
-    step_over: Length,
+    #[command(flatten)]
+    tool: CutterArgs,
 
     /// The polish after it: the standard deviation of the Gaussian that blurs heights
     #[arg(long, value_name = "LENGTH", default_value = "0mm", allow_hyphen_values = true)]
@@ -98,93 +91,17 @@ pub(crate) struct CheckArgs {
     output: Option<PathBuf>,
 }
 
-#[derive(clap::Args)]
-struct ToleranceArgs {
-    /// Trace what index, distance, tilt, form, thickness and the size of the light do to the
-    /// picture, and find the depth of focus. Needs a side file
-    #[arg(long, help_heading = "Tolerances")]
-    tolerance: bool,
-
-    /// The index is off by this, to either side
-    #[arg(long, value_name = "N", default_value_t = 0.01, help_heading = "Tolerances", requires = "tolerance")]
-    index_off: f64,
-
-    /// The distance is off by this, to either side
-    #[arg(long, value_name = "LENGTH", default_value = "5mm", help_heading = "Tolerances", requires = "tolerance")]
-    distance_off: Length,
-
-    /// The block is turned by this about x and about y
-    #[arg(
-        long,
-        value_name = "ANGLE",
-        default_value = "1deg",
-        help_heading = "Tolerances",
-        requires = "tolerance",
-        allow_hyphen_values = true
-    )]
-    tilt_off: Angle,
-
-    /// Form error of low order (power, astigmatism), peak to valley over the block
-    #[arg(
-        long,
-        value_name = "LENGTH",
-        default_value = "50um",
-        help_heading = "Tolerances",
-        requires = "tolerance",
-        allow_hyphen_values = true
-    )]
-    form_error: Length,
-
-    /// The stock is thicker by this, and the receiver stands at its distance from the entry face
-    #[arg(long, value_name = "LENGTH", default_value = "0.5mm", help_heading = "Tolerances", requires = "tolerance")]
-    thickness_off: Length,
-
-    /// Angular diameter of the light as seen from the block: sun (0.53deg), or 1.15deg for a torch
-    /// of 20 mm a metre away. May be given several times [default: sun and 1.15deg]
-    #[arg(long, value_name = "SIZE", help_heading = "Tolerances", requires = "tolerance", allow_hyphen_values = true)]
-    source_size: Vec<SourceName>,
-
-    /// The relative RMS error up to which a picture counts as in focus [default: twice that of the
-    /// block]
-    #[arg(long, value_name = "ERROR", help_heading = "Tolerances", requires = "tolerance")]
-    focus_error: Option<f64>,
-}
-
-impl ToleranceArgs {
-    fn tolerances(&self) -> Result<Tolerances, Failure> {
-        let degrees = |source: &SourceName| match source {
-            SourceName::Angle(angle) => Ok(angle.deg),
-            other => Err(Failure::Usage(format!(
-                "--source-size {other}: the light of a tolerance has an angular diameter as seen from the block, such as sun or 0.5deg"
-            ))),
-        };
-        let usual = Tolerances::default();
-        Ok(Tolerances {
-            index: self.index_off,
-            distance_mm: self.distance_off.mm,
-            tilt_degrees: self.tilt_off.deg,
-            form_error_um: 1e3 * self.form_error.mm,
-            thickness_mm: self.thickness_off.mm,
-            light_degrees: match self.source_size.as_slice() {
-                [] => usual.light_degrees,
-                given => given.iter().map(degrees).collect::<Result<_, _>>()?,
-            },
-            focus_error: self.focus_error,
-        })
-    }
-}
-
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(output) = args.output.as_ref().filter(|output| !has_extension(output, "png")) {
         return Err(Failure::Usage(format!("{}: pictures of a check are written as .png", output.display())));
     }
     let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().map(PathBuf::as_path), args.output.clone())?;
-    let tolerances = args.tolerance.tolerances()?;
+    let tolerances = Tolerances::of(&args.tolerance)?;
     tolerances.check()?;
     let shop = Shop {
-        cutter: args.cutter,
-        step_over_mm: args.step_over.mm,
+        cutter: args.tool.cutter,
+        step_over_mm: args.tool.step_over.mm,
         polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
         steepest_degrees: args.max_slope.deg,
         most_blur_mm: args.max_blur.map(|length| length.mm),
@@ -234,7 +151,7 @@ pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {
     if let Some(output) = &args.output {
         let traced = traced.as_ref().ok().and_then(|traced| traced.as_ref()).filter(|traced| traced.focus.is_ok());
         let traced = traced.zip(piece.as_ref()).map(|(traced, piece)| (traced, exposure_of(&piece.ideal, piece)));
-        let sheet = maps::check_sheet(args.cutter, &subject, &study.shape, traced);
+        let sheet = maps::check_sheet(args.tool.cutter, &subject, &study.shape, traced);
         report::write_png(output, &sheet).map_err(Failure::writing)?;
     }
     traced?.map_or(Ok(()), |traced| traced.focus.map(drop))?;

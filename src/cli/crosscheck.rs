@@ -18,11 +18,10 @@ use crate::{
     study::{
         bench::{exit_face_in_words, exit_face_of, scene_of},
         changed::changed_bench,
-        crosscheck::{demand_image, demand_map, levels_document, map_document},
+        crosscheck::{demand_image, demand_map, levels_document, map_document, pixels_over},
     },
 };
 use clap::ValueEnum;
-use glam::DVec2;
 use glasswarp_verify::{
     Image,
     crosscheck::{Comparison, CrosscheckError, Job, Renderer},
@@ -128,13 +127,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     outputs::plan(inputs.iter().chain([&folder]).map(PathBuf::as_path), written)?;
     let scene = scene_of(&side.bench, &side.design, &Machine)?;
     let mut scene = changed_bench(scene, Some(&block), args.ior, args.distance.map(|length| length.mm))?;
-    // Image mode averages eight pixels.
-    let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
-    let pixels = |size: DVec2| {
-        let nx = eight(f64::from(args.pixels));
-        (nx, eight(nx as f64 * size.y / size.x))
-    };
-    (scene.window.nx, scene.window.ny) = pixels(scene.window.size_mm);
+    (scene.window.nx, scene.window.ny) = pixels_over(scene.window.size_mm, args.pixels);
     let study = Comparison::new(&mesh, &block, &scene).map_err(Failure::refused)?;
     say!(
         "{} seen by the verifier and by {}, {}, receiver {} mm from the mean exit plane",
@@ -152,7 +145,7 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     console::result(document::Result::Crosscheck(found.clone()));
     match args.mode {
         Mode::Map => {
-            let (nx, ny) = pixels(block.size_mm());
+            let (nx, ny) = pixels_over(block.size_mm(), args.pixels);
             let ours = study.landings(nx, ny).map_err(Failure::refused)?;
             let job = study.write_map(renderer, &folder, &ours).map_err(failed)?;
             if !rendered(args, &job)? {

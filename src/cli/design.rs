@@ -6,8 +6,7 @@ use super::{
     machine::Machine,
     memory::{self, MemoryArgs},
     outcome::{error_limit, unless_within, with_flags},
-    outputs,
-    program::{self, PassArgs},
+    outputs, program,
     progress::TerminalProgress,
     report_files::{self, file_record},
     side_files::{self, file_name, hash_of, open_workpiece, origin_of, path_beside, stem},
@@ -27,13 +26,14 @@ use crate::{
         text, write_png,
     },
     spec::{
-        self, Settings,
+        self, PassArgs, Settings,
         mistakes::{self, is_toml},
         name_of,
     },
     study::{
         bench::bench_document, budget::BudgetStep, check::FaceForm, design::Plan, finish::Finished, fits,
-        imperfect::ImperfectView, judge::Judgement, placement::Placing, verification::DesignVerification,
+        imperfect::ImperfectView, judge::Judgement, placement::Placing, program::ProgramPlan,
+        verification::DesignVerification,
     },
 };
 use glasswarp_verify::load;
@@ -211,7 +211,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         }
     }
     block.summary.warnings.iter().for_each(console::warn);
-    let (judged, drawn) = (&outputs[first], args.pass.plan());
+    let (judged, drawn) = (&outputs[first], ProgramPlan::of(&args.pass));
     let programs = match programs.as_slice() {
         [] => Vec::new(),
         programs => {

@@ -4,8 +4,7 @@ use super::{
     console::{self, say},
     machine::{Machine, has_extension},
     outcome::{error_limit, unless_within, with_flags},
-    outputs,
-    program::{self, WriteArgs},
+    outputs, program,
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     side_files::{self, file_name, hash_of, open_workpiece, stem},
@@ -13,7 +12,7 @@ use super::{
 };
 use crate::{
     export::{self, Format},
-    fabricate::{Cutter, Direction, Pass},
+    fabricate::Pass,
     failure::Failure,
     record::{PictureRecord, SideFile, WorkRecord, document},
     report::{
@@ -25,10 +24,11 @@ use crate::{
         },
         text,
     },
-    spec::{CutterList, Feed, Host, Length},
+    spec::{CutterList, Feed, Host, Length, RowsArgs, WriteArgs},
     study::{
         cutters::{CutterRequirements, CutterTrial, cheapest},
         mill::{MillStep, MillStudy},
+        program::ProgramPlan,
         side_record::side_file,
         verdict::Verdict,
         workpiece::Workpiece,
@@ -52,18 +52,8 @@ pub(crate) struct MillArgs {
     #[command(flatten)]
     placing: PlacingArgs,
 
-    /// The cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without a letter),
-    /// flat:d12mm, bull:d12mm,r1mm (its corner's radius last) [default: ball:d6mm]
-    #[arg(long, value_name = "CUTTER", conflicts_with = "cutters")]
-    cutter: Option<Cutter>,
-
-    /// From row to row [default: 0.1mm]
-    #[arg(long, value_name = "LENGTH", allow_hyphen_values = true, conflicts_with = "cutters")]
-    step_over: Option<Length>,
-
-    /// Direction of the rows: x, y or an angle such as 45deg
-    #[arg(long, value_name = "DIRECTION", default_value = "x", allow_hyphen_values = true)]
-    direction: Direction,
+    #[command(flatten)]
+    rows: RowsArgs,
 
     /// What the pass leaves on the face, along its normal: 0 for finishing, the allowance for
     /// finishing of a roughing pass
@@ -79,7 +69,7 @@ pub(crate) struct MillArgs {
     feed: Feed,
 
     /// Find the cheapest cutter and step-over of a list (TOML) that keep to --want-error
-    #[arg(long, value_name = "FILE", requires = "want_error", help_heading = "Choosing a cutter")]
+    #[arg(long, value_name = "FILE", requires = "want_error", conflicts_with_all = ["cutter", "step_over"], help_heading = "Choosing a cutter")]
     cutters: Option<PathBuf>,
 
     /// The relative RMS error of the picture that is wanted, after milling and polishing
@@ -140,15 +130,10 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     )?;
     let pass = match (&args.cutters, args.want_error) {
         (Some(list), Some(error)) => {
-            let (direction, allowance_mm) = (args.direction, args.allowance.mm);
+            let (direction, allowance_mm) = (args.rows.direction, args.allowance.mm);
             choose(list, &piece, &CutterRequirements { error, direction, allowance_mm, polish })?
         }
-        _ => Pass {
-            cutter: args.cutter.map_or_else(|| Cutter::ball(3.0).map_err(Failure::refused), Ok)?,
-            step_over_mm: args.step_over.map_or(0.1, |length| length.mm),
-            direction: args.direction,
-            allowance_mm: args.allowance.mm,
-        },
+        _ => Pass { allowance_mm: args.allowance.mm, ..args.rows.pass() },
     };
     let mut verdict = Verdict::default();
     let study = MillStudy::of(&piece, pass, polish, &progress)
@@ -166,7 +151,7 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
         write_blocks(args, &piece, &study, &blocks)?;
     }
     let side = args.bench.clone().unwrap_or_else(|| side_files::path_beside(&args.block));
-    let plan = args.write.plan(pass, args.feed);
+    let plan = ProgramPlan::of_pass(pass, args.feed, &args.write);
     let programs = program::write(&programs, &piece, &plan, (&side, polish), &progress)?;
     if let Some(path) = &report {
         let record = file_record(&args.block, None)?;

@@ -11,11 +11,10 @@ use super::{
     side_files::{self, open_workpiece, path_beside, stem},
 };
 use crate::{
-    fabricate::{Cutter, Direction},
     failure::Failure,
     record::document,
     report::pages::{common::exposure_of, ready::ReadyPage},
-    spec::{Angle, Feed, Length, SourceName},
+    spec::{Angle, Feed, Length, RowsArgs, SourceName},
     study::{
         check::{FaceForm, Shop},
         placement::Placing,
@@ -38,18 +37,8 @@ pub(crate) struct ReadyArgs {
     #[arg(long, value_name = "FILE")]
     bench: Option<PathBuf>,
 
-    /// The finishing cutter: ball:d6mm (its diameter) or ball:r3mm (its radius, as is a size without
-    /// a letter), flat:d12mm, bull:d12mm,r1mm (its corner's radius last)
-    #[arg(long, value_name = "CUTTER", default_value = "ball:d6mm")]
-    cutter: Cutter,
-
-    /// From row to row
-    #[arg(long, value_name = "LENGTH", default_value = "0.1mm", allow_hyphen_values = true)]
-    step_over: Length,
-
-    /// Direction of the rows: x, y or an angle such as 45deg
-    #[arg(long, value_name = "DIRECTION", default_value = "x", allow_hyphen_values = true)]
-    direction: Direction,
+    #[command(flatten)]
+    rows: RowsArgs,
 
     /// The polish after it: the standard deviation of the Gaussian that blurs heights ('glasswarp
     /// coupon' makes a piece that tells it)
@@ -94,8 +83,8 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
     let side = side_files::of_block(&block, args.bench.as_deref())?;
     let question = Question {
         shop: Shop {
-            cutter: args.cutter,
-            step_over_mm: args.step_over.mm,
+            cutter: args.rows.tool.cutter,
+            step_over_mm: args.rows.tool.step_over.mm,
             polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
             steepest_degrees: args.max_slope.deg,
             most_blur_mm: None,
@@ -103,7 +92,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
             facing_mm: side.design.facing.map_or(0.0, |facing| facing.mm),
             least_thickness_mm: args.min_thickness.mm,
         },
-        direction: args.direction,
+        direction: args.rows.direction,
         source: args.source_size,
         // Which light there is, is asked for itself.
         tolerances: Tolerances { light_degrees: Vec::new(), ..Tolerances::default() },

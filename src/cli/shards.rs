@@ -13,10 +13,13 @@ use crate::{
     record::document,
     report::text,
     spec::{Settings, TransferName},
-    study::{crosscheck::tally_document, target_light},
+    study::{
+        tally::{Part, bench_line, merged, tally_document},
+        target_light,
+    },
 };
 use glasswarp_verify::{
-    Image, PhotonPlan, PhotonTally, Scene, TallyError, Tracer, UnbiasedError, metrics, photons, reference::resampled,
+    Image, PhotonPlan, PhotonTally, TallyError, Tracer, UnbiasedError, metrics, photons, reference::resampled,
 };
 use std::path::{Path, PathBuf};
 
@@ -92,9 +95,13 @@ fn wanted(args: &MergeArgs, tally: &PhotonTally) -> Result<Option<Image>, Failur
     Ok(Some(resampled(&own.light, nx, ny)))
 }
 
-/// What was looked at, and how, in one line: equal for parts of one run, and for those alone.
-fn bench_line(hash: &str, scene: &Scene) -> String {
-    format!("solid sha256 {hash}, {scene:?}")
+fn read(path: &Path) -> Result<Part, Failure> {
+    PhotonTally::read(path).map_err(|error| match error {
+        TallyError::Read { .. } => {
+            Failure::Io { what: format!("{} cannot be read", path.display()), source: error.into() }
+        }
+        _ => Failure::refused(error),
+    })
 }
 
 pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
@@ -103,32 +110,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
     }
     let inputs = args.tallies.iter().chain(&args.target).map(PathBuf::as_path);
     outputs::plan(inputs, args.output.iter().chain(&args.tally).cloned())?;
-    let mut sum: Option<(PhotonTally, String)> = None;
-    for path in &args.tallies {
-        let (part, bench) = PhotonTally::read(path).map_err(|error| match error {
-            TallyError::Read { .. } => {
-                Failure::Io { what: format!("{} cannot be read", path.display()), source: error.into() }
-            }
-            _ => Failure::refused(error),
-        })?;
-        sum = Some(match sum {
-            None => (part, bench),
-            Some((_, ref of_first)) if *of_first != bench => {
-                return Err(Failure::Usage(format!(
-                    "{} shows another bench than {}: '{bench}' is not '{of_first}'",
-                    path.display(),
-                    args.tallies[0].display()
-                )));
-            }
-            Some((sum, bench)) => {
-                let merged = sum.merge(&part).map_err(|error| {
-                    Failure::Usage(format!("{} cannot be added to the others: {error}", path.display()))
-                })?;
-                (merged, bench)
-            }
-        });
-    }
-    let Some((tally, bench)) = sum else { return Err(Failure::Usage("there is nothing to merge".into())) };
+    let (tally, bench) = merged(args.tallies.iter().map(|path| Ok((path.display().to_string(), read(path)?))))?;
     if let Some(path) = &args.tally {
         tally.write(path, &bench).map_err(Failure::writing)?;
     }

@@ -6,9 +6,8 @@ use super::{
     design::demand,
     machine::{IrradianceFile, Machine, read_mesh},
     memory::MemoryArgs,
-    outcome::error_limit,
-    outputs,
-    program::{self, ProgramArgs},
+    outcome::{error_limit, with_flags},
+    outputs, program,
     progress::TerminalProgress,
     report_files::{self, command, file_record},
     shards::{self, MergeArgs},
@@ -24,7 +23,7 @@ use crate::{
         pages::found::{FoundLight, FoundPage, ReportedFile},
         text,
     },
-    spec::{Length, Range, Settings, Shard, TransferName},
+    spec::{Length, ProgramArgs, Range, Settings, Shard, SurfaceName, TransferName, WindowSize},
     study::{
         bench::bench_document,
         budget::{self, BudgetStep},
@@ -39,12 +38,9 @@ use crate::{
         white::WhiteLight,
     },
 };
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use glasswarp_verify::{Fresnel, Image, PhotonPlan, Scene, Surface};
-use std::{
-    path::{Path, PathBuf},
-    str::FromStr,
-};
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -193,44 +189,6 @@ impl FileArgs {
         ]
         .into_iter()
         .find_map(|(given, flag)| given.then_some(flag))
-    }
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum SurfaceName {
-    /// The smooth surface through the vertices of a block
-    Spline,
-    /// Flat triangles with interpolated normals, as renderers shade
-    Smooth,
-    /// Flat triangles as they are
-    Facets,
-}
-
-impl From<SurfaceName> for Surface {
-    fn from(name: SurfaceName) -> Self {
-        match name {
-            SurfaceName::Spline => Self::Spline,
-            SurfaceName::Smooth => Self::Smooth,
-            SurfaceName::Facets => Self::Facets,
-        }
-    }
-}
-
-/// Size of the window: its height follows the target or the solid unless it is given.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct WindowSize {
-    width: Length,
-    height: Option<Length>,
-}
-
-impl FromStr for WindowSize {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.split_once('x') {
-            Some((width, height)) => Ok(Self { width: width.parse()?, height: Some(height.parse()?) }),
-            None => Ok(Self { width: text.parse()?, height: None }),
-        }
     }
 }
 
@@ -386,6 +344,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
         let file =
             ReportedFile { name: &name, title: stem(block), record: file_record(block, None)?, command: command() };
         let shown = FoundLight { scene: &scene, judgement: &judgement, steps: &steps, exposure };
+        let warnings = warnings.iter().map(|warning| with_flags(warning)).collect();
         FoundPage::of_judgement(file, side.as_ref(), &subject, &examiner, shown, warnings)?.write(path)?;
         say!("  report         {}", path.display());
     }

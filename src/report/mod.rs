@@ -31,8 +31,8 @@ pub(crate) mod text;
 pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};
 #[cfg(feature = "cli")]
 pub use html::{
-    CouponSheet, Facts, FileRecord, Highlight, Model, Page, ReadingRule, ReadySheet, TrafficLight, View, coupon_html,
-    render, write_html, write_ready_sheet,
+    CouponSheet, Facts, FileRecord, Highlight, Model, MovingLight, Page, ReadingRule, ReadySheet, TrafficLight, View,
+    coupon_html, render, write_html, write_ready_sheet,
 };
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
 #[cfg(feature = "svg")]

@@ -1,11 +1,16 @@
-//! What other renderers, and photons in parts, say of a block: for programs, and against limits.
+//! What other renderers say of a block: for programs, and against limits.
 
-use super::judge::flux_document;
 use crate::{failure::Failure, record::document};
-use glasswarp_verify::{
-    PhotonTally, UnbiasedError,
-    crosscheck::{Distances, ImageAgreement, ImageLevel, MapAgreement},
-};
+use glam::DVec2;
+use glasswarp_verify::crosscheck::{Distances, ImageAgreement, ImageLevel, MapAgreement};
+
+/// Pixels along x and y over an area of this size, so many across: multiples of 8, because images
+/// are compared at means of 8 x 8 too.
+pub fn pixels_over(size: DVec2, across: u32) -> (usize, usize) {
+    let eight = |pixels: f64| (pixels / 8.0).ceil().max(8.0) as usize * 8;
+    let nx = eight(f64::from(across));
+    (nx, eight(nx as f64 * size.y / size.x))
+}
 
 /// How landing points agree, for programs.
 pub fn map_document(agreement: &MapAgreement) -> document::MapAgreement {
@@ -30,18 +35,6 @@ pub fn levels_document(agreement: &ImageAgreement) -> Vec<document::ImageLevel> 
         without_noise: document::finite(level.without_noise),
     };
     agreement.levels.iter().map(level).collect()
-}
-
-/// Photons traced, for programs.
-pub fn tally_document(tally: &PhotonTally, error: Option<UnbiasedError>) -> document::Tally {
-    document::Tally {
-        photons: tally.photons(),
-        complete: tally.is_complete(),
-        noise: document::finite(tally.noise()),
-        light: flux_document(&tally.flux()),
-        rel_rms: error.and_then(|error| document::finite(error.rel_rms())),
-        rel_rms_error: error.and_then(|error| document::finite(error.rel_rms_error())),
-    }
 }
 
 /// Rays that may land by one of both only, as a part of all.

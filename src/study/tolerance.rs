@@ -6,7 +6,14 @@ use super::{
     progress::{advance, begin},
     workpiece::{JudgedImage, Workpiece, with_face},
 };
-use crate::{failure::Failure, grid::Field, record::document, solver::Progress, spec::Settings, surface::HeightField};
+use crate::{
+    failure::Failure,
+    grid::Field,
+    record::document,
+    solver::Progress,
+    spec::{Settings, SourceName, ToleranceArgs},
+    surface::HeightField,
+};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{Block, Image, Light, Optics, Scene, Tracer, Traversal, metrics};
 
@@ -45,6 +52,32 @@ impl Default for Tolerances {
 }
 
 impl Tolerances {
+    /// What the arguments say.
+    ///
+    /// # Errors
+    /// Light whose size is no angle.
+    pub fn of(args: &ToleranceArgs) -> Result<Self, Failure> {
+        let degrees = |source: &SourceName| match source {
+            SourceName::Angle(angle) => Ok(angle.deg),
+            other => Err(Failure::Usage(format!(
+                "`source-size {other}`: the light of a tolerance has an angular diameter as seen from the block, such as sun or 0.5deg"
+            ))),
+        };
+        let usual = Self::default();
+        Ok(Self {
+            index: args.index_off,
+            distance_mm: args.distance_off.mm,
+            tilt_degrees: args.tilt_off.deg,
+            form_error_um: 1e3 * args.form_error.mm,
+            thickness_mm: args.thickness_off.mm,
+            light_degrees: match args.source_size.as_slice() {
+                [] => usual.light_degrees,
+                given => given.iter().map(degrees).collect::<Result<_, _>>()?,
+            },
+            focus_error: args.focus_error,
+        })
+    }
+
     /// Refuses what cannot be looked at, before any work.
     ///
     /// # Errors

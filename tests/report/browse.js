@@ -54,7 +54,7 @@ async function main() {
 
     // What the keyboard reaches, in order, until it comes round.
     const reached = [];
-    for (let k = 0; k < 60; k++) {
+    for (let k = 0; k < 80; k++) {
       await page.keyboard.press("Tab");
       const what = await page.evaluate(() => {
         const element = document.activeElement;
@@ -143,6 +143,40 @@ async function main() {
     await touch("touchEnd");
     await shoot("pinched");
     await reset("pinched");
+
+    // The light that moves: as the verifier found it, other light when something is moved, and back.
+    found.moving = await page.evaluate(async () => {
+      const panel = document.getElementById("moving"), moving = panel.querySelector("canvas"), caustic = document.getElementById("caustic");
+      const [width, height] = [caustic.naturalWidth, caustic.naturalHeight];
+      const greys = (source, w, h) => {
+        const copy = Object.assign(document.createElement("canvas"), { width: w, height: h }).getContext("2d");
+        copy.drawImage(source, 0, 0);
+        return copy.getImageData(0, 0, w, h).data;
+      };
+      // Means over whole pixels of the picture.
+      const seen = () => {
+        const [w, h] = [moving.width, moving.height], all = greys(moving, w, h), sums = new Float64Array(width * height);
+        for (let j = 0; j < h; j++) {
+          for (let i = 0; i < w; i++) sums[Math.floor((j * height) / h) * width + Math.floor((i * width) / w)] += (all[4 * (j * w + i)] * width * height) / (w * h);
+        }
+        return sums;
+      };
+      const still = greys(caustic, width, height), wanted = Float64Array.from({ length: width * height }, (_, k) => still[4 * k]);
+      const apart = (a, b) => Math.sqrt(a.reduce((sum, v, k) => sum + (v - b[k]) ** 2, 0) / b.reduce((sum, v) => sum + v * v, 0));
+      const rest = () => new Promise((done) => setTimeout(done, 1500));
+      await rest();
+      const designed = seen(), errors = { shown: !panel.hidden, designed: apart(designed, wanted) };
+      for (const [k, input] of [...panel.querySelectorAll("input")].entries()) {
+        input.value = Number(input.value) + 0.2 * (input.max - input.value);
+        input.dispatchEvent(new Event("input"));
+        await rest();
+        errors[`slider ${k}`] = apart(seen(), designed);
+        panel.querySelector("button").click();
+        await rest();
+        errors.back = Math.max(errors.back ?? 0, apart(seen(), designed));
+      }
+      return errors;
+    });
 
     // On a telephone and on a table: words in the model stay off the buttons, the drawing is whole, hashes wrap.
     found.narrow = [];

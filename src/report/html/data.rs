@@ -1,6 +1,7 @@
 //! Pictures and numbers as text.
 
 use image::{GrayImage, imageops};
+use serde::Serialize;
 
 /// A picture whose longer side has at most so many pixels.
 pub(super) fn shrunk(picture: &GrayImage, most_px: u32) -> GrayImage {
@@ -27,6 +28,12 @@ pub(super) fn figure(value: f64) -> String {
 /// A length with its unit.
 pub(super) fn mm(value_mm: f64) -> String {
     format!("{}\u{a0}mm", figure(value_mm))
+}
+
+/// Anything as JSON that can stand in a script element.
+pub(super) fn script_json(what: &impl Serialize) -> String {
+    // Nothing on a page can fail to become JSON. A `<` would end the element that it stands in.
+    serde_json::to_string(what).unwrap_or_default().replace('<', "\\u003c")
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ mod sheet;
 mod still;
 
 pub use coupon::{CouponSheet, ReadingRule, coupon_html};
-pub use page::{Facts, FileRecord, Highlight, Model, Page, TrafficLight, View};
+pub use page::{Facts, FileRecord, Highlight, Model, MovingLight, Page, TrafficLight, View};
 pub use sheet::{ReadySheet, write_ready_sheet};
 
 use crate::{
@@ -87,6 +87,7 @@ pub fn render(page: &Page<'_>) -> String {
         difference,
         others: std::iter::from_fn(|| figures.next().zip(figures.next())).collect(),
         face,
+        moving: page.moving.as_ref().map(data::script_json),
         scene,
         still,
         sections: [Across::X, Across::Y].map(|across| section(model, &spline, &fan, across)).into(),
@@ -95,6 +96,8 @@ pub fn render(page: &Page<'_>) -> String {
         drawing: page.drawing.as_ref().map(Sheet::of),
         style: include_str!("style.css"),
         viewer: include_str!("viewer.js"),
+        photons: include_str!("photons.js"),
+        light: include_str!("light.js"),
         script: include_str!("page.js"),
     };
     // Writing to a string cannot fail, and nothing in the template does.
@@ -116,6 +119,8 @@ struct Whole<'a> {
     difference: Option<Figure>,
     others: Vec<(Figure, Figure)>,
     face: FaceFigures,
+    /// The light that moves, and the model, as JSON.
+    moving: Option<String>,
     scene: String,
     still: Still,
     /// Drawings as elements.
@@ -126,6 +131,8 @@ struct Whole<'a> {
     drawing: Option<Sheet>,
     style: &'static str,
     viewer: &'static str,
+    photons: &'static str,
+    light: &'static str,
     script: &'static str,
 }
 

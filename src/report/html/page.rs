@@ -3,12 +3,15 @@
 use crate::{
     bench::Bench,
     grid::Field,
+    irradiance::Transfer,
     optim::Summary,
-    report::{budget::Cost, drawing::Drawing, isocontours::Isocontours},
+    report::{budget::Cost, drawing::Drawing, isocontours::Isocontours, pictures::Exposure},
+    study::stand::Stand,
     surface::HeightField,
 };
 use glam::DVec2;
 use image::GrayImage;
+use serde::Serialize;
 
 /// Everything that the page shows.
 #[derive(Clone, Debug)]
@@ -29,6 +32,8 @@ pub struct Page<'a> {
     pub target: Option<View>,
     /// What the eye gets: the light on the receiver.
     pub caustic: View,
+    /// The same light, to be moved by hand; none where the numbers of a stand do not say all of it.
+    pub moving: Option<MovingLight>,
     /// What the maker must know, in groups: what to order, where it stands.
     pub maker: Vec<Facts>,
     /// How far target and light are apart.
@@ -71,6 +76,25 @@ pub struct Model<'a> {
     pub hollow_per_mm: &'a Field<f64>,
     /// Its lines of equal height.
     pub contours: &'a Isocontours,
+}
+
+/// Light that a reader may move: the bench's as it was designed, and how it is shown.
+#[derive(Clone, Debug, Serialize)]
+pub struct MovingLight {
+    /// The block on its bench.
+    pub stand: Stand,
+    /// Irradiance that becomes white, in means of the window.
+    pub white: f64,
+    /// Whether greys are the light itself, not encoded for a screen.
+    pub linear: bool,
+}
+
+impl MovingLight {
+    /// In this exposure, if the stand says all of the light.
+    pub fn of(stand: Stand, exposure: Exposure) -> Option<Self> {
+        let linear = exposure.transfer == Transfer::Linear;
+        stand.unsaid.is_none().then_some(Self { stand, white: exposure.white, linear })
+    }
 }
 
 /// A question with its answer, in a colour.

@@ -2,10 +2,11 @@
 
 use super::{
     Model,
+    data::script_json,
     rays::{RayFan, look, window_corners},
 };
 use crate::{bench::ExitFace, report::svg::base64, surface::SurfaceSpline};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 /// Most nodes along a side.
@@ -21,6 +22,10 @@ struct Scene {
     range: [f64; 2],
     /// Little-endian 16-bit numbers, row by row along +y, as base64.
     heights: String,
+    /// What 32767 stands for, and the slopes along x and y of every node, little-endian 16-bit
+    /// numbers with a sign, as base64.
+    steepest: f64,
+    slopes: String,
     outline: Vec<[f64; 2]>,
     rim: Option<f64>,
     /// Top left, top right, bottom right, bottom left of the picture.
@@ -37,10 +42,14 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
     let [nx, ny] = [nodes.0, nodes.1].map(|n| n.min(MOST_NODES));
     let lattice = spline.lattice(nx, ny);
     let mut heights = vec![0.0; nx * ny];
+    let mut slopes = vec![DVec2::ZERO; nx * ny];
     let mut scratch = Vec::new();
-    for (j, row) in heights.chunks_mut(nx).enumerate() {
-        lattice.row(j, &mut scratch, |i, height, _| row[i] = height);
+    for (j, (row, slopes)) in heights.chunks_mut(nx).zip(slopes.chunks_mut(nx)).enumerate() {
+        lattice.row(j, &mut scratch, |i, height, slope| (row[i], slopes[i]) = (height, slope));
     }
+    let steepest = slopes.iter().fold(0.0, |most: f64, slope| most.max(slope.abs().max_element()));
+    let part = |slope: f64| if steepest > 0.0 { (f64::from(i16::MAX) * slope / steepest).round() as i16 } else { 0 };
+    let slopes: Vec<u8> = slopes.iter().flat_map(DVec2::to_array).flat_map(|slope| part(slope).to_le_bytes()).collect();
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
     let scale = if high > low { 65_535.0 / (high - low) } else { 0.0 };
     let steps: Vec<u8> = heights.iter().flat_map(|h| (((h - low) * scale).round() as u16).to_le_bytes()).collect();
@@ -54,12 +63,13 @@ pub(super) fn json(model: &Model<'_>, spline: &SurfaceSpline, fan: &RayFan) -> S
         nodes: [nx, ny],
         range: [low, high],
         heights: base64(&steps),
+        steepest,
+        slopes: base64(&slopes),
         outline: model.outline.iter().map(glam::DVec2::to_array).collect(),
         rim: model.rim_z_mm,
         receiver: window_corners(model.bench).iter().map(point).collect(),
         look: point(&look(model)),
         rays: base64(&rays),
     };
-    // Nothing in it can fail to become JSON. A `<` would end the element that it stands in.
-    serde_json::to_string(&scene).unwrap_or_default().replace('<', "\\u003c")
+    script_json(&scene)
 }

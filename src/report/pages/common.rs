@@ -9,22 +9,24 @@ use crate::{
     materials,
     report::{
         budget::{Cost, CostErrors},
-        html::{Facts, Highlight, Model, TrafficLight, View},
+        html::{Facts, Highlight, Model, MovingLight, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
     },
     solid::Solid,
+    spec::Settings,
     study::{
         bench::receiver_in_words,
         budget::BudgetStep,
         design::Plan,
         judge::{self, Judgement},
         order::StockOrder,
+        stand::Stand,
         verdict::{Answer, Verdict},
         workpiece::Workpiece,
     },
 };
-use glasswarp_verify::metrics::Likeness;
+use glasswarp_verify::{Scene, metrics::Likeness};
 use std::path::Path;
 
 /// The program and its version.
@@ -221,6 +223,16 @@ pub(crate) fn model<'a>(
         hollow_per_mm: shape.hollow_per_mm(),
         contours,
     }
+}
+
+/// The light of a designed block, to be moved by hand.
+pub(crate) fn moving_light(
+    solid: &Solid,
+    scene: &Scene,
+    settings: &Settings,
+    exposure: Exposure,
+) -> Option<MovingLight> {
+    MovingLight::of(Stand::of_design(solid, scene, settings), exposure)
 }
 
 /// What the verifier found.

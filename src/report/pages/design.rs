@@ -2,8 +2,8 @@
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
-    judgement_warnings, light_view, material, mm, model, pair, picture_rows, program, row, step_views, stock_facts,
-    target_view, traffic_light,
+    judgement_warnings, light_view, material, mm, model, moving_light, pair, picture_rows, program, row, step_views,
+    stock_facts, target_view, traffic_light,
 };
 use crate::{
     fabricate::FaceShape,
@@ -108,11 +108,12 @@ impl DesignPage<'_> {
                 mm(bench.distance_mm())
             ),
             verdict: Some(traffic_light(self.verdict, self.in_flags)),
-            warnings,
+            warnings: warnings.iter().map(|warning| (self.in_flags)(warning)).collect(),
             highlights: self.highlights(),
             model: model(solid, bench, shape, contours),
             target: Some(target_view(&wanted, exposure)),
             caustic: self.caustic(&light, exposure),
+            moving: moving_light(solid, &plan.scene, &plan.settings, exposure),
             maker: vec![
                 stock_facts(order),
                 bench_facts(bench, plan.light_in_words(solid.entry_z_mm()), block.surface.range_mm().1),

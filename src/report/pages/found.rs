@@ -13,7 +13,7 @@ use crate::{
     record::SideFile,
     report::{
         budget::{Cost, CostErrors},
-        html::{Facts, FileRecord, Highlight, Model, Page, TrafficLight, View, write_html},
+        html::{Facts, FileRecord, Highlight, Model, MovingLight, Page, TrafficLight, View, write_html},
         isocontours::Isocontours,
         pictures::Exposure,
     },
@@ -23,6 +23,7 @@ use crate::{
         budget::BudgetStep,
         judge::{self, Examiner, Judgement, Subject},
         mill::{MillStep, MillStudy},
+        stand::Stand,
         verdict::Verdict,
         workpiece::{Workpiece, surface_of},
     },
@@ -229,6 +230,16 @@ impl<'a> FoundPage<'a> {
             },
             target: wanted.map(|wanted| target_view(wanted, self.exposure)),
             caustic: self.caustic,
+            moving: MovingLight::of(
+                Stand::of(
+                    &self.surface,
+                    (self.entry_z_mm, high),
+                    drawing.as_vec(),
+                    &self.scene,
+                    self.side.map(|side| &side.design),
+                ),
+                self.exposure,
+            ),
             difference: wanted.map(|wanted| difference_view(wanted, &self.light, self.exposure)),
             maker: self.maker.into_iter().chain([bench_facts(&bench, light, high)]).collect(),
             others: self.others,

@@ -1,8 +1,8 @@
 //! The page of a preview.
 
 use super::common::{
-    bench_facts, difference_view, error_highlight, face_rows, highlight, in_words, light_view, mm, model, picture_rows,
-    program, row, target_view,
+    bench_facts, difference_view, error_highlight, face_rows, highlight, in_words, light_view, mm, model, moving_light,
+    picture_rows, program, row, target_view,
 };
 use crate::{
     fabricate::FaceShape,
@@ -86,6 +86,7 @@ impl PreviewPage<'_> {
             model: model(solid, bench, &shape, &contours),
             target: Some(target_view(&target, exposure)),
             caustic: light_view("Light of the draft", &light, exposure, format!("{}.", in_words(&self.view.metrics))),
+            moving: moving_light(solid, &plan.scene, &plan.settings, exposure),
             difference: Some(difference_view(&target, &light, exposure)),
             maker: vec![
                 Facts { title: "Draft".into(), rows },

@@ -16,12 +16,14 @@ use crate::{
     study::{
         mill::{MillStep, polished},
         progress::{advance, begin},
+        verdict::{Answer, Verdict},
         workpiece::{Workpiece, view_milled},
     },
     surface::HeightField,
 };
 use glasswarp_verify::{
     cut::Cut,
+    metrics::Likeness,
     program::{Blending, ProgramError, Survey, SurveyLimits, Tool, survey},
 };
 use std::collections::BTreeMap;
@@ -106,6 +108,23 @@ impl ProgramStudy {
         }
         advance(progress, 5)?;
         Ok(Self { survey, tools, setup, steps, deviation, faults, diagnoses })
+    }
+
+    /// What would be harmed if it were run, in words.
+    pub fn harm(&self) -> Option<String> {
+        let harm: Vec<String> = self.faults.harmful().map(ProgramWarning::in_words).collect();
+        (!harm.is_empty()).then(|| harm.join("; "))
+    }
+
+    /// Says what this means for whoever wants to know whether it will work.
+    pub fn say(&self, verdict: &mut Verdict) {
+        match self.last() {
+            Some(last) => verdict.say_picture(Likeness::from(&last.view.metrics), ", as the program cuts it"),
+            None => verdict.say("picture", Answer::No, "the program cuts through the block"),
+        }
+        if let Some(harm) = self.harm() {
+            verdict.say("program", Answer::No, format!("it must not be run like this: {harm}"));
+        }
     }
 
     /// The face in the end, and its light: as it is cut, or polished. `None` where the block is cut

@@ -12,5 +12,5 @@ mod write;
 pub use deviation::Deviation;
 pub use examine::ProgramStudy;
 pub use faults::{FaultKind, ProgramFaults, ProgramWarning};
-pub use question::{ProgramQuestion, Setup, Source, Zero};
+pub use question::{CORNER_MM, ProgramQuestion, Setup, Source, Zero};
 pub use write::{ProgramPlan, WrittenProgram};

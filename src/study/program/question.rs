@@ -1,6 +1,12 @@
 //! What is asked of a program, and where it and the stock are.
 
-use crate::{failure::Failure, solid::Origin, study::workpiece::Workpiece, surface::Polish};
+use crate::{
+    failure::Failure,
+    solid::Origin,
+    spec::{ProgramArgs, Travel, UnitsName, ZeroPlace},
+    study::workpiece::Workpiece,
+    surface::Polish,
+};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::program::{Dynamics, Survey, Tool, Units};
 use std::{
@@ -38,6 +44,42 @@ pub struct ProgramQuestion {
     pub dynamics: Dynamics,
     /// What is done to the face afterwards.
     pub polish: Option<Polish>,
+}
+
+/// Corners of a program that does not say how they are treated are cut by so much at most, mm: what
+/// GRBL does unless it is told otherwise.
+pub const CORNER_MM: f64 = 0.01;
+
+impl ProgramQuestion {
+    /// What is asked by these arguments.
+    ///
+    /// # Errors
+    /// An acceleration that is none, a polish that cannot be.
+    pub fn of(args: &ProgramArgs) -> Result<Self, Failure> {
+        let dynamics = Dynamics {
+            acceleration: args.acceleration.map_or(f64::INFINITY, |length| length.mm),
+            rapid_feed: args.rapid.mm_per_minute,
+            corner_mm: CORNER_MM,
+        };
+        if dynamics.acceleration <= 0.0 {
+            return Err(Failure::Usage("an acceleration (`acceleration`) must be above 0".into()));
+        }
+        Ok(Self {
+            tools: args.tool.iter().map(|one| (one.number, one.tool)).collect(),
+            units: args.units.map(|unit| if unit == UnitsName::In { Units::Inches } else { Units::Millimetres }),
+            zero: args.origin.map(|zero| match zero {
+                ZeroPlace::Named(name) => Zero::At(name.into()),
+                ZeroPlace::At(place) => Zero::Place(DVec3::from(place)),
+            }),
+            stock_mm: (
+                args.stock.and_then(|stock| stock.across_mm).map(DVec2::from),
+                args.stock.map(|stock| stock.thickness_mm),
+            ),
+            travel_mm: args.travel.map(|Travel(travel)| DVec3::from(travel)),
+            dynamics,
+            polish: args.polish.map(|length| Polish::new(length.mm)).transpose().map_err(Failure::refused)?,
+        })
+    }
 }
 
 /// The place of the stock and of the program, mm in the frame of the bench.

@@ -6,9 +6,10 @@ use super::{
     question::{ProgramQuestion, setup_of},
 };
 use crate::{
-    fabricate::{Machining, Pass, Pattern, Place, Program, Roughing, Sense},
+    fabricate::{CHORD_MM, Machining, Pass, Pattern, Place, Program, Roughing, Sense},
     failure::Failure,
     solver::Progress,
+    spec::{Feed, PassArgs, WriteArgs},
     study::workpiece::Workpiece,
     surface::Polish,
 };
@@ -28,6 +29,38 @@ pub struct ProgramPlan {
     pub roughing: Option<Roughing>,
     /// How the machine goes.
     pub machining: Machining,
+}
+
+/// Part of its cutter's diameter from row to row of roughing, and from level to level.
+const ROUGH_STEP_OVER: f64 = 0.4;
+const ROUGH_STEP_DOWN: f64 = 0.25;
+
+impl ProgramPlan {
+    /// A program of this pass, written as the arguments say.
+    pub fn of_pass(pass: Pass, feed: Feed, args: &WriteArgs) -> Self {
+        let roughing = args.rough.map(|cutter| Roughing {
+            cutter,
+            step_over_mm: 2.0 * ROUGH_STEP_OVER * cutter.radius_mm(),
+            step_down_mm: args.step_down.map_or(2.0 * ROUGH_STEP_DOWN * cutter.radius_mm(), |step| step.mm),
+            allowance_mm: args.rough_allowance.mm,
+        });
+        let machining = Machining {
+            feed_mm_per_min: feed.mm_per_minute,
+            spindle_per_min: args.spindle,
+            safe_mm: args.safe_height.mm,
+            chord_mm: args.chord_error.map_or(CHORD_MM, |error| 1e-3 * error.um),
+            arcs: args.arcs,
+            post: args.post,
+        };
+        let sense = if args.climb { Sense::Climb } else { Sense::BothWays };
+        Self { pass, pattern: args.pattern, sense, roughing, machining }
+    }
+
+    /// A program whose pass the arguments say too.
+    pub fn of(args: &PassArgs) -> Self {
+        let pass = Pass { direction: args.direction, ..Pass::finishing(args.cutter, args.step_over.mm) };
+        Self::of_pass(pass, args.feed, &args.write)
+    }
 }
 
 /// A program that has been read back.

@@ -13,6 +13,7 @@ use crate::{
 };
 use glam::DVec2;
 use rayon::prelude::*;
+use std::mem::{discriminant, swap};
 
 /// What beam tracing found.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,12 +52,12 @@ const ROWS: usize = 32;
 ///
 /// Beams see ideal light and a smooth face: extended sources and roughness are for photons.
 ///
-/// A beam that the border of the light cuts is cut into smaller ones. One whose corners went
-/// different ways is recorded corner by corner. On a smooth surface the error falls with the square
-/// of the beams' width: on the caustic of a photograph it was 7.5e-4 of the mean (root mean square
-/// over pixels) with 4 x 4 beams per pixel, 1.8e-4 with 8 x 8. Between facets the light tears
-/// apart, and it falls with the first power. The result is the same, bit by bit, for any number of
-/// threads.
+/// A beam that the border of the light cuts, or that of a shadow of the solid's own walls, is cut
+/// into smaller ones. One whose corners still went different ways is recorded corner by corner. On
+/// a smooth surface the error falls with the square of the beams' width: on the caustic of a
+/// photograph it was 7.5e-4 of the mean (root mean square over pixels) with 4 x 4 beams per pixel,
+/// 1.8e-4 with 8 x 8. Between facets the light tears apart, and it falls with the first power. The
+/// result is the same, bit by bit, for any number of threads.
 ///
 /// There is one at least, and there are [`MOST_BEAMS`] at most: where more are asked for, both
 /// numbers are reduced alike, and [`Beams::beams`] says how many there were.
@@ -88,7 +89,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                 }
             };
             let (mut below, mut above) = (Row::default(), Row::default());
-            let mut recorder = BeamRecorder::on(&film);
+            let mut recorder = BeamRecorder { rays_left: CUT_RAYS * (nx + ROWS), ..BeamRecorder::on(&film) };
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
@@ -108,7 +109,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                         recorder.cut_beam(tracer, ends, paths, CUTS, 1.0);
                     }
                 }
-                std::mem::swap(&mut below, &mut above);
+                swap(&mut below, &mut above);
             }
             recorder.tally
         })
@@ -168,15 +169,20 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
 /// that rounding does not find the neighbour, near enough that nobody sees it.
 const INSIDE: f64 = 1e-6;
 
-/// How often a beam is halved along both axes where the border of the light cuts it: the border is
-/// then known to a sixteenth of a beam.
+/// How often a beam is halved along both axes where the border of the light cuts it, or where a
+/// part of it ends elsewhere: the border is then known to a sixteenth of a beam.
 const CUTS: u32 = 4;
 
-/// Whether a part of a beam is dark, and not all of it.
+/// Rays that cutting may take in a band of beams, for each of its columns and rows: a border
+/// through all columns takes about 75, and the band itself takes [`ROWS`]. A face on which light
+/// ends elsewhere at every other beam so takes no more than five times as long.
+const CUT_RAYS: usize = 128;
+
+/// Whether a part of a beam is dark, or ends elsewhere, and not all of it.
 #[inline]
-fn is_cut(paths: &[RayPath; 4]) -> bool {
-    let dark = paths.iter().filter(|path| path.power == 0.0).count();
-    dark > 0 && dark < 4
+fn is_cut([first, others @ ..]: &[RayPath; 4]) -> bool {
+    let kind = |path: &RayPath| (path.power == 0.0, discriminant(&path.end));
+    others.iter().any(|path| kind(path) != kind(first))
 }
 
 /// Where beams are recorded.
@@ -184,11 +190,13 @@ struct BeamRecorder<'a> {
     film: &'a Film,
     rasteriser: Rasteriser<'a>,
     tally: PowerTally,
+    /// How many rays may still be traced to cut beams.
+    rays_left: usize,
 }
 
 impl<'a> BeamRecorder<'a> {
     fn on(film: &'a Film) -> Self {
-        Self { film, rasteriser: Rasteriser::on(film), tally: PowerTally::default() }
+        Self { film, rasteriser: Rasteriser::on(film), tally: PowerTally::default(), rays_left: 0 }
     }
 
     /// Records a share of a beam between two corners; if the border of the light cuts it, in
@@ -202,19 +210,20 @@ impl<'a> BeamRecorder<'a> {
         cuts: u32,
         share: f64,
     ) {
-        if cuts == 0 || !is_cut(&paths) {
-            self.beam(paths, share);
-            return;
-        }
         let middle = 0.5 * (lower + upper);
-        let [left, right, below, above, centre] = [
+        let between = [
             DVec2::new(lower.x, middle.y),
             DVec2::new(upper.x, middle.y),
             DVec2::new(middle.x, lower.y),
             DVec2::new(middle.x, upper.y),
             middle,
-        ]
-        .map(|at| tracer.path_at(at));
+        ];
+        if cuts == 0 || self.rays_left < between.len() || !is_cut(&paths) {
+            self.beam(paths, share);
+            return;
+        }
+        self.rays_left -= between.len();
+        let [left, right, below, above, centre] = between.map(|at| tracer.path_at(at));
         let [a, b, c, d] = paths;
         for (ends, paths) in [
             ((lower, middle), [a, below, centre, left]),
@@ -229,7 +238,7 @@ impl<'a> BeamRecorder<'a> {
     /// Records a share of one beam.
     #[inline]
     fn beam(&mut self, paths: [RayPath; 4], share: f64) {
-        let Self { film, rasteriser, tally } = self;
+        let Self { film, rasteriser, tally, .. } = self;
         let mut landings = [DVec2::ZERO; 4];
         let mut together = true;
         let (mut power, mut arrives) = (0.0, 0.0);
