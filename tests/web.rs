@@ -1,4 +1,5 @@
-//! The page in a browser: it makes the blocks that the program makes, and says of them what the program says.
+//! The page in a browser: it makes the blocks that the program makes, and says of them what the
+//! program says.
 //!
 //! `web/build.sh` builds the page, which `.ci/run` does first.
 
@@ -62,7 +63,8 @@ fn the_page_makes_and_judges_the_blocks_that_the_program_does() {
     }
 }
 
-/// The highest vertex of a file of triangles at every place, mm: the exit face. Which way a cell is cut in two may hang on the last bit.
+/// The highest vertex of a file of triangles at every place, mm: the exit face. Which way a cell is
+/// cut in two may hang on the last bit.
 fn heights(path: &Path) -> HashMap<[u32; 2], f64> {
     let bytes = fs::read(path).unwrap();
     let mut heights = HashMap::new();

@@ -4,7 +4,8 @@ use super::settings::Settings;
 use serde_json::Value;
 
 impl Settings {
-    /// The flags of `glasswarp design` that ask for the same, in the order of their declaration; the picture is no flag.
+    /// The flags of `glasswarp design` that ask for the same, in the order of their declaration;
+    /// the picture is no flag.
     ///
     /// ```
     /// use glasswarp::spec::{Length, Settings};

@@ -9,8 +9,8 @@ use crate::{
     spec::{Emission, Host, Length, LightName, Settings},
 };
 
-/// The side file of a block on its bench, which is recorded with it, without its files. `settings` name the picture, and their
-/// paths are those to be written; `sources` are its hashes.
+/// The side file of a block on its bench, which is recorded with it, without its files. `settings`
+/// name the picture, and their paths are those to be written; `sources` are its hashes.
 ///
 /// # Errors
 /// A lamp's file that cannot be read.

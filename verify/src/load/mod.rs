@@ -73,7 +73,8 @@ pub fn parse(format: Format, bytes: &[u8]) -> Result<Mesh, LoadError> {
     parse_with(format, bytes, None, Normals::Read)
 }
 
-/// Reads an STL from memory. Who calls this and not [`parse`] carries no other reader, which in a page is a fifth of all.
+/// Reads an STL from memory. Who calls this and not [`parse`] carries no other reader, which in a
+/// page is a fifth of all.
 ///
 /// # Errors
 /// See [`LoadError`].

@@ -8,7 +8,8 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-/// Memory that reading a picture may take, bytes: a page has 4 GB in all, and the design needs its own.
+/// Memory that reading a picture may take, bytes: a page has 4 GB in all, and the design needs its
+/// own.
 const PICTURE_MEMORY: u64 = 1 << 30;
 
 /// What was dropped on the page, by name.

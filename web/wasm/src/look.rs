@@ -121,7 +121,8 @@ impl Made {
     }
 }
 
-/// The face for the light that moves: x, y, height and slopes along both at `across` x `across` places, rows along +y.
+/// The face for the light that moves: x, y, height and slopes along both at `across` x `across`
+/// places, rows along +y.
 fn mesh_of(spline: &SurfaceSpline, across: usize) -> Float32Array {
     let extent = spline.extent();
     let mut values = Vec::with_capacity(5 * across * across);

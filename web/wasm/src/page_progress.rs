@@ -5,8 +5,8 @@ use js_sys::Function;
 use std::{ops::ControlFlow, time::Duration};
 use wasm_bindgen::JsValue;
 
-/// Calls `listener(kind, name, number)`: 0 a stage of so many steps begins, 1 so many steps are done, 2 an iteration begins. Where the
-/// answer is true, the work ends.
+/// Calls `listener(kind, name, number)`: 0 a stage of so many steps begins, 1 so many steps are
+/// done, 2 an iteration begins. Where the answer is true, the work ends.
 pub(crate) struct PageProgress<'a> {
     pub(crate) listener: &'a Function,
 }

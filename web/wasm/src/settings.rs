@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// Settings with those of their preset, and the picture that they name.
 ///
 /// # Errors
-/// A value that is none, told with the name of its setting; settings that exclude each other; no picture.
+/// A value that is none, told with the name of its setting; settings that exclude each other; no
+/// picture.
 pub(crate) fn read(text: &str, host: &PageHost) -> Result<(Settings, PathBuf), Failure> {
     let settings = parse(text)?;
     let picture = settings.picture.clone().ok_or_else(|| Failure::Usage("there is no picture yet".into()))?;

@@ -28,7 +28,8 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use wasm_bindgen::prelude::*;
 
-/// Memory that a design may take: what 32 bits address, less what the page's files and the module itself take.
+/// Memory that a design may take: what 32 bits address, less what the page's files and the module
+/// itself take.
 const MEMORY: Bytes = Bytes(3_400_000_000);
 /// Light that is added to a picture unless the settings say otherwise, as [`Plan`] does.
 const OFFSET: f64 = 0.1;
@@ -107,7 +108,8 @@ impl Studio {
         self.host.files.clear();
     }
 
-    /// The light that the picture of these settings asks for, at most so many pixels across, as a picture.
+    /// The light that the picture of these settings asks for, at most so many pixels across, as a
+    /// picture.
     ///
     /// # Errors
     /// What makes no picture.
@@ -137,7 +139,8 @@ impl Studio {
         }))
     }
 
-    /// Designs a draft of so many nodes across, looked at with so many pixels; with the face at `mesh` x `mesh` places.
+    /// Designs a draft of so many nodes across, looked at with so many pixels; with the face at
+    /// `mesh` x `mesh` places.
     ///
     /// # Errors
     /// Everything that makes no design, and that the listener wants no more.
@@ -173,7 +176,8 @@ impl Studio {
         self.designed(settings, |settings| settings, (pixels, mesh), listener)
     }
 
-    /// What is wrong with the program of a page is no failure of the library: hence a result in a result.
+    /// What is wrong with the program of a page is no failure of the library: hence a result in a
+    /// result.
     fn designed(
         &mut self,
         text: &str,
@@ -214,7 +218,8 @@ impl Studio {
         self.last().map(Made::heights).map_err(|failure| told(&failure))
     }
 
-    /// The light of the last block on another bench, by the verifier's beams: mean irradiance in every pixel, row by row from the top.
+    /// The light of the last block on another bench, by the verifier's beams: mean irradiance in
+    /// every pixel, row by row from the top.
     ///
     /// # Errors
     /// A bench that cannot be.
@@ -264,7 +269,8 @@ impl Studio {
         text.map_err(|failure| told(&failure))
     }
 
-    /// Reads the STL of this name back from its own bytes and traces light through it, as the command line does.
+    /// Reads the STL of this name back from its own bytes and traces light through it, as the
+    /// command line does.
     ///
     /// # Errors
     /// A file that is no closed solid, two readings of the picture that differ.
