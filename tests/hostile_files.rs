@@ -502,6 +502,12 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
     assert!(exr.len() - counters < 108 * (4 + 2 + 4), "stored as it is");
     exr[counters + 64..counters + 72].copy_from_slice(&(1_u64 << 57).to_le_bytes());
     refused(&exr, ["144115188075855872 values", "more than its pixels can need"]);
+    // One tile, made sixteen million lines high.
+    let mut exr = exr_picture(Compression::RLE, Blocks::Tiles(Vec2(64, 64)));
+    let name = b"tiles\0tiledesc\0";
+    let height = exr.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4 + 4;
+    exr[height..height + 4].copy_from_slice(&16_777_280_u32.to_le_bytes());
+    refused(&exr, ["64 x 16777280 pixels", "larger than the file can hold"]);
     let drawing = kinds_of(&["svg"]).into_iter().filter_map(|bytes| String::from_utf8(bytes).ok());
     let drawing = drawing.into_iter().find(|text| text.contains("<image ")).unwrap();
     let image = &drawing[drawing.find("<image ").unwrap()..];

@@ -1,11 +1,11 @@
 //! Pictures, from files of every kind that people have to light. docs/pictures.md says what each
 //! means.
 
+mod blocks;
 mod canvas;
 mod colour;
 mod curve;
 mod decode;
-mod dwa;
 mod edits;
 mod error;
 mod exr;

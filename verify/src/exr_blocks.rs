@@ -5,15 +5,27 @@ use exr::{
     compression::Compression,
     error::{Error, UnitResult},
     math::Vec2,
-    meta::header::Header,
+    meta::{BlockDescription, header::Header},
 };
 use std::io::Cursor;
 
-/// Refuses blocks in DWA compression whose counters promise more than their pixels can need: a
-/// library that makes room for what is promised would end the program.
+/// No packing of OpenEXR makes more of a byte than deflate does.
+pub(crate) const MOST_PACKING: usize = 1032;
+
+/// Blocks up to this size are believed of any file, bytes: 256 lines of 8192 pixels in three
+/// channels of 32 bits.
+const BELIEVED: usize = 24 << 20;
+
+/// Refuses blocks that are larger than the file can hold, and blocks in DWA compression whose
+/// counters promise more than their pixels can need: a library that makes room for what is promised
+/// would end the program.
 pub(crate) fn check(bytes: &[u8]) -> UnitResult {
     let reader = exr::block::read(Cursor::new(bytes), false)?;
     let headers = reader.headers().to_vec();
+    let most = MOST_PACKING.saturating_mul(bytes.len()).max(BELIEVED);
+    if headers.iter().any(|header| block_bytes(header) > most) {
+        return Err(Error::Invalid("its blocks are larger than the file can hold".into()));
+    }
     if !headers.iter().any(|header| matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_))) {
         return Ok(());
     }
@@ -26,6 +38,15 @@ pub(crate) fn check(bytes: &[u8]) -> UnitResult {
         }
     }
     Ok(())
+}
+
+/// The bytes of an unpacked block, for which the library makes room before it sees one.
+fn block_bytes(header: &Header) -> usize {
+    let (nx, ny) = match header.blocks {
+        BlockDescription::Tiles(tiles) => (tiles.tile_size.0, tiles.tile_size.1),
+        BlockDescription::ScanLines => (header.layer_size.0, header.compression.scan_lines_per_block()),
+    };
+    nx.saturating_mul(ny).saturating_mul(header.channels.bytes_per_pixel)
 }
 
 /// Whether a DWA block does; nothing if that cannot be told.

@@ -29,16 +29,13 @@ pub enum ImageFileError {
     },
 }
 
-/// No packing of OpenEXR makes more of a byte than deflate does.
-const MOST_PACKING: usize = 1032;
-
 /// The first layer of an OpenEXR file, with all channels and attributes.
 pub(crate) fn read_exr_layer(bytes: &[u8]) -> exr::error::Result<Layer<AnyChannels<FlatSamples>>> {
     let claimed = exr::meta::MetaData::read_from_buffered(std::io::Cursor::new(bytes), false)?;
     for header in &claimed.headers {
         let (nx, ny) = (header.layer_size.width(), header.layer_size.height());
         let needed = nx.saturating_mul(ny).saturating_mul(header.channels.bytes_per_pixel);
-        if needed > MOST_PACKING.saturating_mul(bytes.len()) {
+        if needed > exr_blocks::MOST_PACKING.saturating_mul(bytes.len()) {
             return Err(exr::error::Error::Invalid("more pixels than the file can hold".into()));
         }
     }

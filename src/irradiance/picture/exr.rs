@@ -1,7 +1,7 @@
 //! OpenEXR: one layer of a file that may hold many.
 
 use super::{
-    PictureError, Transfer,
+    PictureError, Transfer, blocks,
     canvas::{Canvas, Orientation},
     colour::Shown,
     primaries::{Primaries, REC_709},
@@ -63,6 +63,7 @@ pub(super) fn read(bytes: &mut [u8], request: &Request<'_>) -> Result<Reading, P
     let reader = block::read(Cursor::new(&*bytes), false).map_err(failed)?;
     let mut meta = reader.meta_data().clone();
     sampling.restore(&mut meta);
+    blocks::check_size(&meta, bytes.len()).map_err(failed)?;
     let layer = chosen(&meta.headers, request.layer)?;
     let header = meta.headers[layer.part].clone();
     if header.deep {

@@ -1,7 +1,7 @@
 //! OpenEXR channels with fewer samples than pixels, as those of luminance and chroma. The `exr`
 //! crate can unpack them, but refuses the heads of such files; so it is shown a head without them.
 
-use super::dwa;
+use super::blocks;
 use ::exr::{
     block::{UncompressedBlock, chunk::Chunk},
     error::Result,
@@ -81,7 +81,7 @@ impl Sampling {
             header.channels.bytes_per_pixel = bytes / place.size.area().max(1);
         }
         if let Some(header) = meta.headers.get(chunk.layer_index) {
-            dwa::check(&chunk, header)?;
+            blocks::check(&chunk, header)?;
         }
         UncompressedBlock::decompress_chunk(chunk, meta, false)
     }

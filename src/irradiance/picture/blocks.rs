@@ -1,12 +1,38 @@
-//! Blocks of OpenEXR in DWA compression: the `exr` crate makes room for what they say that they
-//! unpack to, whatever that is, and a program that is refused memory ends.
+//! What the blocks of an OpenEXR promise. The `exr` crate makes room for it, whatever that is, and a
+//! program that is refused memory ends.
 
 use ::exr::{
     block::chunk::{Chunk, CompressedBlock},
     compression::Compression,
     error::{Error, Result},
-    meta::header::Header,
+    meta::{BlockDescription, MetaData, header::Header},
 };
+
+/// Deflate packs no further.
+const PER_BYTE: u64 = 1032;
+/// What is not asked about, bytes: 256 lines of 8192 pixels, three channels of four bytes.
+const SMALL: u64 = 24 << 20;
+
+/// Checks that a file of so many bytes can hold one of its blocks.
+///
+/// # Errors
+/// If it cannot.
+pub(super) fn check_size(meta: &MetaData, length: usize) -> Result<()> {
+    let most = SMALL.max(PER_BYTE.saturating_mul(length as u64));
+    for header in &meta.headers {
+        let (nx, ny) = match &header.blocks {
+            BlockDescription::Tiles(tiles) => (tiles.tile_size.0, tiles.tile_size.1),
+            BlockDescription::ScanLines => (header.layer_size.0, header.compression.scan_lines_per_block()),
+        };
+        let size = (nx as u64).saturating_mul(ny as u64).saturating_mul(header.channels.bytes_per_pixel as u64);
+        if size > most {
+            return Err(Error::Invalid(
+                format!("its blocks are of {nx} x {ny} pixels, more than {length} bytes can hold").into(),
+            ));
+        }
+    }
+    Ok(())
+}
 
 /// Bytes of one of the counters that a block begins with, little-endian.
 const COUNTER: usize = 8;
