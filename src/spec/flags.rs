@@ -11,7 +11,7 @@ impl Settings {
     /// use glasswarp::spec::{Length, Settings};
     ///
     /// let settings = Settings { size: Some(Length { mm: 80.0 }), mirror: Some(true), ..Settings::default() };
-    /// assert_eq!(settings.flags(), ["--size=80", "--mirror"]);
+    /// assert_eq!(settings.flags(), ["--size=80mm", "--mirror"]);
     /// ```
     pub fn flags(&self) -> Vec<String> {
         let Ok(Value::Object(written)) = serde_json::to_value(self) else { return Vec::new() };
