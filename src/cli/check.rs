@@ -79,9 +79,6 @@ pub(crate) struct CheckArgs {
     #[arg(long, value_name = "LENGTH", default_value = "3mm")]
     min_thickness: Length,
 
-    #[command(flatten)]
-    tolerance: ToleranceArgs,
-
     /// Pixels across at which tolerances are judged, at most the picture's own
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(8..=8192))]
     pixels: u32,
@@ -89,6 +86,10 @@ pub(crate) struct CheckArgs {
     /// Write pictures of where: hollows, slopes, thickness, and those of the tolerances (.png)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+
+    // Last: its heading goes on for all flags that follow.
+    #[command(flatten, next_help_heading = "Tolerances")]
+    tolerance: ToleranceArgs,
 }
 
 pub(crate) fn run(args: &CheckArgs) -> Result<(), Failure> {

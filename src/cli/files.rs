@@ -11,7 +11,7 @@ use crate::{
     failure::Failure,
     grid::Outline,
     pipeline::DesignedBlock,
-    record::{PictureRecord, SideFile},
+    record::SideFile,
     report::{
         pages::design::pictures,
         text::design::{height_map_note, step_note},
@@ -19,9 +19,8 @@ use crate::{
     },
     spec::Settings,
     study::{
-        bench::{record_of, record_with},
         design::Plan,
-        side_record::{height_map_entries, side_file},
+        side_record::{height_map_entries, side_file_of_design},
     },
 };
 use glasswarp_verify::Mesh;
@@ -127,13 +126,7 @@ pub(crate) fn make<'a, T>(
         None => HeightMap::of(&block.solid),
     });
     let height_map = height_map.as_ref();
-    let sources = PictureRecord {
-        sha256: hash_of(&plan.picture)?,
-        beam_sha256: plan.settings.beam.as_deref().map(hash_of).transpose()?,
-    };
-    let settings = Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
-    let (emission, bench) = (settings.emission.as_ref(), record_with(record_of(&plan.bench), &block.solid));
-    let record = side_file(&settings, bench, &block.solid, sources, emission, &Machine)?;
+    let record = side_file_of_design(plan, block, hash_of, &Machine)?;
     let beside = side_files::path_beside(&outputs[first]);
     let side = SideFile::parse(&side_files::text(&record, &beside)?, &beside)?;
     // Text takes longest, and begins.
@@ -204,8 +197,7 @@ fn make_one(
     read: fn(&Path) -> Result<Mesh, Failure>,
 ) -> Result<Made, Failure> {
     let Task { plan, block, tip, verified, .. } = *task;
-    let name = plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let design = Design { name, exit_face: plan.bench.exit_face(), distance_mm: plan.bench.distance_mm() };
+    let design = plan.export_design();
     let format = Format::from_path(output);
     let note = match (&format, height_map) {
         (Ok(Format::Step), _) => Some(write_step(plan, output, block, &design)?),

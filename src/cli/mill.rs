@@ -14,7 +14,7 @@ use crate::{
     export::{self, Format},
     fabricate::Pass,
     failure::Failure,
-    record::{PictureRecord, SideFile, WorkRecord, document},
+    record::{SideFile, WorkRecord, document},
     report::{
         self,
         pages::{
@@ -208,11 +208,7 @@ fn write_blocks(args: &MillArgs, piece: &Workpiece, study: &MillStudy, outputs: 
     let (solid, bench, done) = study.result(piece)?;
     let design = study.export_design(piece, &stem(&args.block));
     let settings = &piece.side.design;
-    let sources = PictureRecord {
-        sha256: settings.picture.as_deref().map_or_else(|| Ok(String::new()), hash_of)?,
-        beam_sha256: settings.beam.as_deref().map(hash_of).transpose()?,
-    };
-    let side = side_file(settings, bench, &solid, sources, settings.emission.as_ref(), &Machine)?;
+    let side = side_file(settings, bench, &solid, hash_of, &Machine)?;
     let mut sets: BTreeMap<PathBuf, SideFile> = BTreeMap::new();
     for output in outputs {
         export::export(output, &solid, &design).map_err(Failure::exporting)?;

@@ -3,6 +3,7 @@
 use super::quantity::names;
 use crate::{irradiance::Transfer, solid::Origin};
 use clap::ValueEnum;
+use glasswarp_verify::Surface;
 
 names!(TransferName, "curve");
 names!(OriginName, "place");
@@ -74,4 +75,25 @@ pub enum QualityName {
     Normal,
     /// What the nodes can give, in a few times the time
     Fine,
+}
+
+/// How the surface between the vertices of a file is understood.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum SurfaceName {
+    /// The smooth surface through the vertices of a block
+    Spline,
+    /// Flat triangles with interpolated normals, as renderers shade
+    Smooth,
+    /// Flat triangles as they are
+    Facets,
+}
+
+impl From<SurfaceName> for Surface {
+    fn from(name: SurfaceName) -> Self {
+        match name {
+            SurfaceName::Spline => Self::Spline,
+            SurfaceName::Smooth => Self::Smooth,
+            SurfaceName::Facets => Self::Facets,
+        }
+    }
 }

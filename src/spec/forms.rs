@@ -112,3 +112,23 @@ impl fmt::Display for Shift {
         write!(f, "{}mm,{}mm", self.right.mm, self.up.mm)
     }
 }
+
+/// Size of the window: its height follows the target or the solid unless it is given.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WindowSize {
+    /// Its width.
+    pub width: Length,
+    /// Its height, if it is given.
+    pub height: Option<Length>,
+}
+
+impl FromStr for WindowSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.split_once('x') {
+            Some((width, height)) => Ok(Self { width: width.parse()?, height: Some(height.parse()?) }),
+            None => Ok(Self { width: text.parse()?, height: None }),
+        }
+    }
+}

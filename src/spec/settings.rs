@@ -284,6 +284,9 @@ settings! {
 }
 }
 
+/// Light that is added to that of the picture where nothing is said of it.
+pub const OFFSET: f64 = 0.1;
+
 /// Nodes across that a drawing is rasterised for where none are asked for.
 pub const DRAWING_NODES: usize = 1025;
 

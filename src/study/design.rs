@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     bench::Bench,
-    export::StepTolerance,
+    export::{self, StepTolerance},
     failure::Failure,
     grid::Outline,
     irradiance::{TargetIrradiance, Understood},
@@ -19,7 +19,7 @@ use crate::{
     record::document,
     solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, SolidError, Stock},
     solver::{Problem, Progress, Silent, SolveError, Solver},
-    spec::{DRAWING_NODES, Host, Length, QualityName, Settings, SolverName, TransferName, name_of},
+    spec::{DRAWING_NODES, Host, Length, OFFSET, QualityName, Settings, SolverName, TransferName, name_of},
     surface::{Finish, HeightField},
     transport::{Quality, Transport, TransportOptions},
     warp::{Warping, WarpingPaper},
@@ -82,7 +82,7 @@ impl Plan {
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
-        let offset = settings.offset.unwrap_or(0.1);
+        let offset = settings.offset.unwrap_or(OFFSET);
         let (perceived, understood, warning) = open_understood(&picture, &settings, offset, host)?;
         let (nx, ny) = (perceived.cells().nx(), perceived.cells().ny());
         let aspect = ny as f64 / nx as f64;
@@ -180,6 +180,12 @@ impl Plan {
     /// A picture that the verifier cannot read, or reads otherwise.
     pub fn target_light(&self, host: &dyn Host) -> Result<TargetLight, Failure> {
         TargetLight::of(&self.picture, &self.settings, &self.requirements, &self.bench, host)
+    }
+
+    /// What files of its block say of it.
+    pub fn export_design(&self) -> export::Design {
+        let name = self.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        export::Design { name, exit_face: self.bench.exit_face(), distance_mm: self.bench.distance_mm() }
     }
 
     /// A block of this plan for programs.

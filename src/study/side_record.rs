@@ -1,30 +1,53 @@
 //! The side file of a block that was made, filled in.
 
-use super::{bench::PICTURE_ORIENTATION, lamp::Lamp};
+use super::{
+    bench::{PICTURE_ORIENTATION, record_of, record_with},
+    design::Plan,
+    lamp::Lamp,
+};
 use crate::{
     export::HeightMap,
     failure::Failure,
+    pipeline::DesignedBlock,
     record::{BenchRecord, FrameRecord, PictureRecord, SideFile},
     solid::Solid,
     spec::{Emission, Host, Length, LightName, Settings},
 };
+use std::path::Path;
 
-/// The side file of a block on its bench, which is recorded with it, without its files. `settings`
-/// name the picture, and their paths are those to be written; `sources` are its hashes.
+/// The side file of a design, without its files. `hash_of` is the SHA-256 of a file.
 ///
 /// # Errors
-/// A lamp's file that cannot be read.
+/// Those of [`side_file`].
+pub fn side_file_of_design(
+    plan: &Plan,
+    block: &DesignedBlock,
+    hash_of: impl Fn(&Path) -> Result<String, Failure>,
+    host: &dyn Host,
+) -> Result<SideFile, Failure> {
+    let settings = Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
+    side_file(&settings, record_with(record_of(&plan.bench), &block.solid), &block.solid, hash_of, host)
+}
+
+/// The side file of a block on its bench, which is recorded with it, without its files. `settings`
+/// name the picture, and their paths are those to be written; `hash_of` is the SHA-256 of a file.
+///
+/// # Errors
+/// A picture, a beam or a lamp's file that cannot be read.
 pub fn side_file(
     settings: &Settings,
     bench: BenchRecord,
     solid: &Solid,
-    sources: PictureRecord,
-    emission: Option<&Emission>,
+    hash_of: impl Fn(&Path) -> Result<String, Failure>,
     host: &dyn Host,
 ) -> Result<SideFile, Failure> {
+    let picture = PictureRecord {
+        sha256: settings.picture.as_deref().map_or_else(|| Ok(String::new()), &hash_of)?,
+        beam_sha256: settings.beam.as_deref().map(&hash_of).transpose()?,
+    };
     let is_lamp = settings.light() == LightName::Point && settings.beam.is_none();
     let emission = match is_lamp {
-        true => Some(Lamp::read(emission.unwrap_or(&Emission::Isotropic), host)?.record()),
+        true => Some(Lamp::read(settings.emission.as_ref().unwrap_or(&Emission::Isotropic), host)?.record()),
         false => None,
     };
     let design = Settings {
@@ -42,7 +65,7 @@ pub fn side_file(
         bench: BenchRecord { emission, picture_orientation: PICTURE_ORIENTATION, ..bench },
         frame: frame(solid),
         work: None,
-        picture: sources,
+        picture,
         files: Default::default(),
         height_maps: Default::default(),
     })

@@ -67,19 +67,19 @@ export class State {
   }
 
   undo(): void {
-    const before = this.past.pop();
-    if (!before) return;
-    this.future.push(this.settings);
-    this.settings = before;
-    this.held = false;
-    this.tell();
+    this.step(this.past, this.future);
   }
 
   redo(): void {
-    const after = this.future.pop();
-    if (!after) return;
-    this.past.push(this.settings);
-    this.settings = after;
+    this.step(this.future, this.past);
+  }
+
+  /** Takes the settings that lie on top of one pile, and puts those that there are on the other. */
+  private step(from: Settings[], to: Settings[]): void {
+    const settings = from.pop();
+    if (!settings) return;
+    to.push(this.settings);
+    this.settings = settings;
     this.held = false;
     this.tell();
   }

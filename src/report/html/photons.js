@@ -223,7 +223,12 @@ function program(gl, vertex, fragment) {
   }
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made) ?? "program");
-  return made;
+  const places = new Map();
+  for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
+    const { name } = gl.getActiveUniform(made, k);
+    places.set(name, gl.getUniformLocation(made, name));
+  }
+  return { made, at: (name) => places.get(name) ?? null };
 }
 
 /** Draws the light of one block. Throws where there is no WebGL2 that adds up floats. */
@@ -306,14 +311,14 @@ class Photons {
   begin(pose, oversampling = this.oversampling) {
     const { gl, stand, size, density } = this;
     if (!stand) return;
-    const at = (name) => gl.getUniformLocation(density, name);
+    const { at } = density;
     this.sampling = oversampling;
     this.drawn = 0;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.viewport(0, 0, size[0] * oversampling, size[1] * oversampling);
-    gl.useProgram(density);
+    gl.useProgram(density.made);
     gl.uniform1f(at("ior"), pose.ior ?? 0);
     const half = ([x, y]) => [x / 2, y / 2];
     gl.uniform2fv(at("face"), half(stand.face_mm));
@@ -354,10 +359,10 @@ class Photons {
     const { gl, size, sampling } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.film);
     gl.viewport(0, 0, size[0] * sampling, size[1] * sampling);
-    gl.useProgram(this.density);
+    gl.useProgram(this.density.made);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE);
-    const light = gl.getUniformLocation(this.density, "light");
+    const light = this.density.at("light");
     for (const point of this.points.slice(this.drawn, this.drawn + points)) {
       gl.uniform3fv(light, point);
       gl.drawElements(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0);
@@ -372,11 +377,11 @@ class Photons {
     const { gl, size, show } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, size[0], size[1]);
-    gl.useProgram(show);
+    gl.useProgram(show.made);
     gl.bindTexture(gl.TEXTURE_2D, this.sums);
-    gl.uniform1i(gl.getUniformLocation(show, "oversampling"), this.sampling);
-    gl.uniform1f(gl.getUniformLocation(show, "white"), white * Math.max(1, this.drawn));
-    gl.uniform1i(gl.getUniformLocation(show, "isLinear"), isLinear ? 1 : 0);
+    gl.uniform1i(show.at("oversampling"), this.sampling);
+    gl.uniform1f(show.at("white"), white * Math.max(1, this.drawn));
+    gl.uniform1i(show.at("isLinear"), isLinear ? 1 : 0);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -1,15 +1,11 @@
 //! The files of a block, as bytes.
 
-use crate::look::Made;
+use crate::made::Made;
 use glasswarp::{
-    export::{Design, Format, HeightMap, HeightMapFormat, choose_net, write_step},
+    export::{Format, HeightMap, HeightMapFormat, choose_net, write_step},
     failure::Failure,
-    record::{PictureRecord, SideFile},
-    spec::{Host, Settings},
-    study::{
-        bench::{record_of, record_with},
-        side_record::{height_map_entries, side_file},
-    },
+    spec::Host,
+    study::side_record::{height_map_entries, side_file_of_design},
 };
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, path::Path};
@@ -42,21 +38,12 @@ pub(crate) fn sha256(bytes: &[u8]) -> String {
 }
 
 impl Made {
-    fn design(&self) -> Design {
-        let plan = &self.plan;
-        Design {
-            name: plan.picture.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            exit_face: plan.bench.exit_face(),
-            distance_mm: plan.bench.distance_mm(),
-        }
-    }
-
     /// A file of this name.
     ///
     /// # Errors
     /// What the format cannot hold.
     pub(crate) fn file(&self, name: &str) -> Result<Vec<u8>, Failure> {
-        let (solid, design) = (&self.block.solid, self.design());
+        let (solid, design) = (&self.block.solid, self.plan.export_design());
         let mut bytes = Vec::new();
         match Kind::of(name)? {
             Kind::Heights(format) => {
@@ -81,14 +68,7 @@ impl Made {
     pub(crate) fn side_file(&self, name: &str, files: &Hashes, host: &dyn Host) -> Result<String, Failure> {
         let Self { plan, block, .. } = self;
         let hash_of = |path: &Path| host.bytes(path).map(|bytes| sha256(&bytes));
-        let sources = PictureRecord {
-            sha256: hash_of(&plan.picture)?,
-            beam_sha256: plan.settings.beam.as_deref().map(hash_of).transpose()?,
-        };
-        let settings =
-            Settings { picture: Some(plan.picture.clone()), solver: Some(plan.solver), ..plan.settings.clone() };
-        let (emission, bench) = (settings.emission.as_ref(), record_with(record_of(&plan.bench), &block.solid));
-        let mut side: SideFile = side_file(&settings, bench, &block.solid, sources, emission, host)?;
+        let mut side = side_file_of_design(plan, block, hash_of, host)?;
         for (file, hash) in files {
             if let Ok(Kind::Heights(_)) = Kind::of(file) {
                 side.height_maps.insert(file.clone(), height_map_entries(&HeightMap::of(&block.solid)));

@@ -9,7 +9,7 @@
 mod catalogue;
 mod files;
 mod host;
-mod look;
+mod made;
 mod page_progress;
 mod reply;
 mod settings;

@@ -3,7 +3,7 @@
 use crate::{
     files::{Hashes, sha256},
     host::PageHost,
-    look::Made,
+    made::Made,
     page_progress::PageProgress,
     reply::{Reply, told},
     settings,
@@ -16,7 +16,7 @@ use glasswarp::{
     record::{SideFile, document},
     report::{Exposure, irradiance_picture},
     solver::{Event, Progress},
-    spec::{QualityName, Settings, SolverName},
+    spec::{OFFSET, QualityName, Settings, SolverName},
     study::{
         budget::BudgetStep, design::Plan, fits, judge::flux_document, requirements::open_understood,
         verification::DesignVerification,
@@ -31,8 +31,6 @@ use wasm_bindgen::prelude::*;
 /// Memory that a design may take: what 32 bits address, less what the page's files and the module
 /// itself take.
 const MEMORY: Bytes = Bytes(3_400_000_000);
-/// Light that is added to a picture unless the settings say otherwise, as [`Plan`] does.
-const OFFSET: f64 = 0.1;
 
 /// The files of a page, and the block that was designed last.
 #[wasm_bindgen]
