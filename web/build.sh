@@ -6,22 +6,21 @@
 set -euo pipefail
 cd "$(dirname "$0")"
 
-tools=${GLASSWARP_WEB_TOOLS:-$PWD/../target/web-tools}
 export CARGO_TARGET_DIR=${GLASSWARP_WASM_TARGET:-$PWD/../target/wasm}
 wasm=$CARGO_TARGET_DIR/wasm32-unknown-unknown/release/glasswarp_web.wasm
 
-# wasm-bindgen's program must be of the version of its library.
-version=$(sed -n '/^name = "wasm-bindgen"$/{n;s/version = "\(.*\)"/\1/p}' wasm/Cargo.lock)
-if [ "$("$tools/bin/wasm-bindgen" --version 2>/dev/null)" != "wasm-bindgen $version" ]; then
-    CARGO_TARGET_DIR=$tools-build cargo install --quiet --locked wasm-bindgen-cli --version "$version" --root "$tools" --bin wasm-bindgen
-fi
 [ -d node_modules/vite ] || npm ci --silent --no-audit --no-fund
 
 # What is inlined where everything is linked is limited: a tenth smaller, and no slower.
 small=(-Cllvm-args=-inline-threshold=25)
 (
     cd wasm
-    export RUSTFLAGS='-C target-feature=+simd128'
+    # Memory that workers share, of which each thread has a part of its own. Made without cross-origin isolation it stays with one worker.
+    export RUSTFLAGS='-C target-feature=+simd128,+atomics,+bulk-memory,+mutable-globals'
+    for argument in shared-memory import-memory max-memory=4294967296 \
+        export=__wasm_init_tls export=__tls_size export=__tls_align export=__tls_base export=__heap_base; do
+        RUSTFLAGS+=" -C link-arg=--$argument"
+    done
     rustc=${WASM_RUSTC:-$(dpkg -L rustc-web 2>/dev/null | grep -m1 'bin/rustc$' || true)}
     cargo=${WASM_CARGO:-$(dpkg -L cargo-web 2>/dev/null | grep -m1 'bin/cargo$' || true)}
     if [ -n "$rustc" ] && [ -n "$cargo" ]; then
@@ -34,8 +33,8 @@ small=(-Cllvm-args=-inline-threshold=25)
         cargo rustc --locked --lib --release --target wasm32-unknown-unknown -- "${small[@]}"
     fi
 )
-"$tools/bin/wasm-bindgen" --target web --out-dir wasm/pkg "$wasm"
-npx wasm-opt -Oz --strip-debug --strip-producers --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
+cargo run --quiet --locked --package glasswarp-bindgen -- "$wasm" wasm/pkg
+npx wasm-opt -Oz --strip-debug --strip-producers --enable-simd --enable-threads --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
     --enable-mutable-globals --enable-multivalue --enable-reference-types wasm/pkg/glasswarp_web_bg.wasm -o wasm/pkg/glasswarp_web_bg.wasm
 
 npx tsc --noEmit

@@ -2,6 +2,7 @@
 //
 // A run is cancelled in one of two ways. Where the page is cross-origin isolated, the worker looks at a flag in shared memory at every
 // iteration. Elsewhere, as in a page from a disk, the worker is ended and another one takes the module, already compiled, and the files.
+// Where it is isolated, a worker may also have helpers, with which it computes on several threads.
 
 import { compiledModule, newWorker } from "virtual:glasswarp";
 import type { Call, Fault, FromWorker, Progress } from "./protocol";
@@ -15,11 +16,16 @@ interface Waiting {
 
 const CANCELLED: Fault = { kind: "cancelled", message: "cancelled", causes: [] };
 
+/** More do not make it faster, and each takes memory. */
+const MOST_THREADS = 16;
+
 let compiled: Promise<WebAssembly.Module> | undefined;
 
 export class Engine {
   private worker: Worker | undefined;
   private starting: Promise<Worker> | undefined;
+  private helpers: Worker[] = [];
+  private onMemory: (memory: WebAssembly.Memory | null) => void = () => {};
   private readonly stop = globalThis.crossOriginIsolated ? new Int32Array(new SharedArrayBuffer(4)).fill(-1) : null;
   private readonly files = new Map<string, Uint8Array>();
   private readonly waiting = new Map<number, Waiting>();
@@ -30,21 +36,42 @@ export class Engine {
     return this.stop !== null;
   }
 
+  /** `threads`: on how many it computes where it can; as many as the machine has, if none are named. */
+  constructor(private readonly threads = Math.min(navigator.hardwareConcurrency || 1, MOST_THREADS)) {}
+
   private start(): Promise<Worker> {
     compiled ??= compiledModule();
-    this.starting ??= compiled.then((module) => {
-      const worker = newWorker();
-      worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.hear(data);
-      worker.onerror = (event) => this.restart({ kind: "internal", message: event.message, causes: [] });
-      worker.postMessage({ module, stop: this.stop });
-      for (const [name, bytes] of this.files) worker.postMessage({ id: this.next++, method: "put", args: [name, bytes] });
-      this.worker = worker;
-      return worker;
-    });
+    this.starting ??= compiled.then((module) => this.started(module));
     return this.starting;
   }
 
+  private async started(module: WebAssembly.Module): Promise<Worker> {
+    const worker = this.worker = this.newWorker();
+    const memory = new Promise<WebAssembly.Memory | null>((resolve) => (this.onMemory = resolve));
+    worker.postMessage({ module, stop: this.stop });
+    const count = this.stop ? this.threads : 1;
+    if (count > 1) {
+      const shared = await memory;
+      for (let helper = 1; helper < count; helper++) {
+        const made = this.newWorker();
+        this.helpers.push(made);
+        made.postMessage({ module, memory: shared });
+      }
+      worker.postMessage({ id: this.next++, method: "start_threads", args: [count] });
+    }
+    for (const [name, bytes] of this.files) worker.postMessage({ id: this.next++, method: "put", args: [name, bytes] });
+    return worker;
+  }
+
+  private newWorker(): Worker {
+    const worker = newWorker();
+    worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.hear(data);
+    worker.onerror = (event) => this.restart({ kind: "internal", message: event.message, causes: [] });
+    return worker;
+  }
+
   private hear(message: FromWorker): void {
+    if ("memory" in message) return this.onMemory(message.memory);
     const waiting = this.waiting.get(message.id);
     if (!waiting) return;
     if ("progress" in message) return waiting.listener?.(message.progress);
@@ -58,7 +85,8 @@ export class Engine {
 
   /** Ends the worker; whoever waits is told why. */
   private restart(why: Fault): void {
-    this.worker?.terminate();
+    for (const worker of [this.worker, ...this.helpers]) worker?.terminate();
+    this.helpers = [];
     this.worker = this.starting = undefined;
     const waiting = [...this.waiting.values()];
     this.waiting.clear();
@@ -72,12 +100,13 @@ export class Engine {
   }
 
   /** Asks the library. A rejection is a Fault. */
-  async call<A>(call: Call, listener?: (progress: Progress) => void): Promise<A> {
-    const worker = await this.start();
+  call<A>(call: Call, listener?: (progress: Progress) => void): Promise<A> {
     const id = this.next++;
     return new Promise<A>((resolve, reject) => {
       this.waiting.set(id, { call, resolve: resolve as (answer: never) => void, reject, listener });
-      worker.postMessage({ id, ...call });
+      // It may have been cancelled meanwhile.
+      const post = (worker: Worker) => this.waiting.has(id) && worker.postMessage({ id, ...call });
+      this.start().then(post, (why) => this.waiting.delete(id) && reject(why));
     });
   }
 

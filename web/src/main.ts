@@ -21,7 +21,7 @@ const MESH = 257;
 
 const state = new State();
 /** Pictures, drafts, and the block that is made have a worker each: none waits for another, nor loses its block. */
-const pictures = new Engine();
+const pictures = new Engine(1);
 const drafts = new Engine();
 const maker = new Engine();
 

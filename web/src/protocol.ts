@@ -134,12 +134,24 @@ export type Call =
   | { method: "verify"; args: [name: string] }
   /** Files of the block and their side file, with others, packed. */
   | { method: "zip"; args: [names: string[], side: string, others: Record<string, Uint8Array>] }
-  | { method: "memory"; args: [] };
+  | { method: "memory"; args: [] }
+  /** Before anything that computes. */
+  | { method: "start_threads"; args: [count: number] };
 
-/** From the page: first the module, then calls. */
-export type ToWorker = { module: WebAssembly.Module; stop: Int32Array | null } | ({ id: number } & Call);
+/** From the page: first the module, in how many threads it may compute; then calls. With a memory it is a helper's, which hears no calls. */
+export type ToWorker = Start | Help | ({ id: number } & Call);
+export interface Start {
+  module: WebAssembly.Module;
+  stop: Int32Array | null;
+}
+export interface Help {
+  module: WebAssembly.Module;
+  memory: WebAssembly.Memory;
+}
 
 export type FromWorker =
+  /** Started; helpers share this memory. */
+  | { memory: WebAssembly.Memory | null }
   | { id: number; answer: unknown }
   | { id: number; fault: Fault }
   | { id: number; progress: Progress };

@@ -1,7 +1,7 @@
 // The library in its own thread. One call at a time, in their order.
 
 import { zipSync } from "fflate";
-import init, { Studio, catalogue, fault_of, read_design } from "../wasm/pkg/glasswarp_web.js";
+import init, { Studio, catalogue, fault_of, read_design, start_threads, work_as_thread } from "../wasm/pkg/glasswarp_web.js";
 import type { Call, Fault, FromWorker, Progress, ToWorker } from "./protocol";
 
 /** Progress is told at most so often, ms. */
@@ -9,6 +9,8 @@ const TELL_EVERY = 50;
 
 let studio: Studio;
 let memory: WebAssembly.Memory;
+/** Of a helper, bytes: what native threads have. */
+const STACK = 2 << 20;
 /** The last call that is no longer wanted, with all before it. */
 let stop: Int32Array | null = null;
 /** What came before the module was ready waits. */
@@ -63,6 +65,8 @@ function answer(id: number, call: Call): unknown {
       return zipped(...call.args);
     case "memory":
       return memory.buffer.byteLength;
+    case "start_threads":
+      return start_threads(...call.args);
   }
 }
 
@@ -88,11 +92,17 @@ function fault(error: unknown): Fault {
 }
 
 self.onmessage = async ({ data }: MessageEvent<ToWorker>) => {
+  if ("memory" in data) {
+    await init({ module_or_path: data.module, memory: data.memory, thread_stack_size: STACK });
+    // For as long as the page lives, or until it is ended.
+    return work_as_thread();
+  }
   if ("module" in data) {
     stop = data.stop;
     ready = init({ module_or_path: data.module }).then((exports) => {
       memory = exports.memory;
       studio = new Studio();
+      tell({ memory: stop && memory });
     });
     return;
   }

@@ -16,6 +16,8 @@ const browserPath = execFileSync("sh", ["-c", 'command -v "$1"', "sh", browserNa
 const root = join(__dirname, "..", "dist");
 const picture = readFileSync(picturePath).toString("base64");
 const PATIENCE = 120_000;
+/** On which the page takes itself to be. */
+const THREADS = 2;
 
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
@@ -28,6 +30,7 @@ async function open(browser, allowed) {
   page.on("pageerror", (error) => faults.push(`page: ${error.message}`));
   page.on("request", (request) => /^(data|blob):/.test(request.url()) || request.url().startsWith(allowed) || faults.push(`request: ${request.url()}`));
   await page.setViewport({ width: 1280, height: 900 });
+  await (await page.createCDPSession()).send("Emulation.setHardwareConcurrencyOverride", { hardwareConcurrency: THREADS });
   return { page, faults };
 }
 
@@ -167,6 +170,7 @@ async function hosted(browser) {
   await drop(page, picture, "camera.png", "image/png");
   await draftAfter(page, 0);
   found.first_draft_ms = Date.now() - begin;
+  assert.equal(page.workers().length, 1 + THREADS, "pictures on one thread, drafts on all");
 
   // Crop.
   let before = await drafts(page);
@@ -241,6 +245,29 @@ async function hosted(browser) {
   return found;
 }
 
+/** A server that knows nothing of isolation: the service worker says it, from the second time on. */
+async function plainlyServed(browser) {
+  const { serve } = await import(pathToFileURL(join(__dirname, "server.mjs")).href);
+  const server = await serve(join(root, "hosted"), 0, false);
+  const { page, faults } = await open(browser, server.url);
+  await page.goto(server.url);
+  await page.waitForSelector("#drop");
+  assert.equal(await page.evaluate(() => crossOriginIsolated), false);
+  await drop(page, picture, "camera.png", "image/png");
+  await draftAfter(page, 0);
+  assert.equal(page.workers().length, 2, "pictures and drafts");
+  await page.waitForFunction(() => navigator.serviceWorker.controller !== null);
+  await page.reload();
+  await page.waitForSelector("#drop");
+  assert.ok(await page.evaluate(() => crossOriginIsolated));
+  // The picture was kept.
+  await draftAfter(page, 0);
+  assert.equal(page.workers().length, 1 + THREADS);
+  assert.deepEqual(faults, []);
+  await page.close();
+  await server.close();
+}
+
 async function fromDisk(browser) {
   const url = pathToFileURL(join(root, "glasswarp.html")).href;
   const { page, faults } = await open(browser, url);
@@ -265,7 +292,9 @@ async function main() {
     args: [...(process.getuid?.() === 0 ? ["--no-sandbox"] : []), "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--lang=en"],
   });
   try {
-    console.log(JSON.stringify({ hosted: await hosted(browser), disk: await fromDisk(browser) }));
+    const found = { hosted: await hosted(browser), disk: await fromDisk(browser) };
+    await plainlyServed(browser);
+    console.log(JSON.stringify(found));
   } finally {
     await browser.close();
   }

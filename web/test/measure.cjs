@@ -1,4 +1,4 @@
-// Measures the page in Chromium: the figures of docs/browser.md. `node test/measure.cjs BROWSER PICTURE`, prints JSON.
+// Measures the page in Chromium: the figures of docs/browser.md. `node test/measure.cjs BROWSER PICTURE [THREADS]`, prints JSON.
 
 const puppeteer = require("puppeteer-core");
 const { execFileSync } = require("node:child_process");
@@ -6,7 +6,7 @@ const { readFileSync } = require("node:fs");
 const { join } = require("node:path");
 const { pathToFileURL } = require("node:url");
 
-const [browserName, picturePath] = process.argv.slice(2);
+const [browserName, picturePath, threads] = process.argv.slice(2);
 const browserPath = execFileSync("sh", ["-c", 'command -v "$1"', "sh", browserName]).toString().trim();
 
 async function main() {
@@ -20,6 +20,7 @@ async function main() {
   const page = await browser.newPage();
   page.setDefaultTimeout(600_000);
   await page.setViewport({ width: 1280, height: 900 });
+  if (threads) await (await page.createCDPSession()).send("Emulation.setHardwareConcurrencyOverride", { hardwareConcurrency: Number(threads) });
   await page.goto(server.url);
   await page.waitForSelector("#drop");
   const drafted = (n) => page.waitForFunction((n) => performance.getEntriesByName("draft").length > n && document.getElementById("answer").getAttribute("aria-busy") === "false", { polling: 10 }, n);

@@ -1,4 +1,4 @@
-// A server of static files as the page is served: cross-origin isolated, so that memory can be shared with its worker.
+// A server of static files as the page is served: cross-origin isolated, so that its workers can share memory, or not.
 
 import { createServer } from "node:http";
 import { readFile } from "node:fs/promises";
@@ -8,7 +8,7 @@ import { pathToFileURL } from "node:url";
 const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".wasm": "application/wasm", ".svg": "image/svg+xml", ".webmanifest": "application/manifest+json" };
 
 /** Serves a folder on a free port of this machine, or on the one that is named. */
-export async function serve(root, port = 0) {
+export async function serve(root, port = 0, isolated = true) {
   const server = createServer(async (request, response) => {
     const path = normalize(decodeURIComponent(new URL(request.url, "http://localhost").pathname));
     const file = join(root, path.endsWith("/") ? `${path}index.html` : path);
@@ -16,8 +16,7 @@ export async function serve(root, port = 0) {
       const bytes = await readFile(file);
       response.writeHead(200, {
         "Content-Type": TYPES[extname(file)] ?? "application/octet-stream",
-        "Cross-Origin-Opener-Policy": "same-origin",
-        "Cross-Origin-Embedder-Policy": "require-corp",
+        ...(isolated && { "Cross-Origin-Opener-Policy": "same-origin", "Cross-Origin-Embedder-Policy": "require-corp" }),
         "Cache-Control": "no-cache",
       });
       response.end(bytes);

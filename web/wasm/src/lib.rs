@@ -14,6 +14,8 @@ mod page_progress;
 mod reply;
 mod settings;
 mod studio;
+mod threads;
 
 pub use catalogue::{catalogue, fault_of, read_design};
 pub use studio::Studio;
+pub use threads::{start_threads, work_as_thread};
