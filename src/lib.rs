@@ -70,9 +70,9 @@
 //!
 //! Without its default features the library reads pictures and meshes from bytes and writes blocks
 //! as bytes, and builds for `wasm32-unknown-unknown`: no stage uses a clock, files or threads of
-//! its own. The feature `files` adds what reads and writes by path, `svg` drawings: those
-//! that are given as pictures, and those of a block; `cli` the command with the verifier and the
-//! report.
+//! its own. The feature `files` adds what reads and writes by path; `drawings` a block with its
+//! dimensions, as text; `study` what is found out about a block with the verifier; `report` pages
+//! of it; `svg` drawings as pixels, those that are given as pictures among them; `cli` the command.
 //!
 //! Vectors are those of [`glam`], pictures of results those of [`image`]; both are re-exported, so
 //! that a caller has the same version.

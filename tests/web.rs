@@ -53,6 +53,17 @@ fn the_page_makes_and_judges_the_blocks_that_the_program_does() {
         // A nanometre: the last bit of ten millimetres in single precision.
         assert!(apart <= 1e-6, "{way}: heights {apart} mm apart");
     }
+    let ready = workshop.run("--json ready hosted/camera.stl --polish 0.1mm -o hosted/native.html");
+    let document: Value = serde_json::from_str(&ready.out).unwrap();
+    let (page, program) = (&found["hosted"]["ready"], &document["result"]["verdict"]);
+    assert_eq!(page["answer"], program["answer"]);
+    // Settings are flags on a command line, and stand as code on a page.
+    let bare = |text: &Value| text.as_str().unwrap().replace(['`', '\''], "").replace("--", "");
+    let said = |concern: &Value| ["question", "answer", "says"].map(|name| bare(&concern[name]));
+    let program: Vec<[String; 3]> = program["concerns"].as_array().unwrap().iter().map(said).collect();
+    let shown = |row: &Value| [0, 1, 2].map(|cell| bare(&row[cell]));
+    let page: Vec<[String; 3]> = page["concerns"].as_array().unwrap().iter().map(shown).collect();
+    assert_eq!(page, program);
     let errors = found["hosted"]["poses"]["errors"].as_array().unwrap();
     assert_eq!(errors.len(), 5);
     for error in errors {

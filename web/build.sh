@@ -12,7 +12,7 @@ wasm=$CARGO_TARGET_DIR/wasm32-unknown-unknown/release/glasswarp_web.wasm
 [ -d node_modules/vite ] || npm ci --silent --no-audit --no-fund
 
 # What is inlined where everything is linked is limited: a tenth smaller, and no slower.
-small=(-Cllvm-args=-inline-threshold=25)
+small=(-Cllvm-args=-inline-threshold=10)
 (
     cd wasm
     # Memory that workers share, of which each thread has a part of its own. Made without cross-origin isolation it stays with one worker.

@@ -139,7 +139,7 @@ pub(crate) fn run(args: &CouponArgs) -> Result<(), Failure> {
     progress.finish();
     let minutes = pass.cost(&coupon.surface().contour()).minutes(args.feed.mm_per_minute);
     let sheet = CouponPage { coupon: &coupon, seen: &seen, pass, command: report_files::command() };
-    sheet.write(&page)?;
+    report_files::write(&page, &sheet.html())?;
     let written: Vec<PathBuf> = files.into_iter().chain([page]).collect();
     console::text(&text::coupon::coupon(&coupon, &seen, &written));
     if written.iter().any(|file| is_program(file)) {

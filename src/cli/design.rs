@@ -18,11 +18,8 @@ use crate::{
     pipeline::DesignedBlock,
     record::document,
     report::{
-        FileRecord,
-        pages::{
-            self,
-            design::{BlockDrawings, DesignPage, WEAKNESS},
-        },
+        BlockDrawings, DesignPage, FileRecord,
+        pages::drawn::{self, WEAKNESS},
         text, write_png,
     },
     spec::{
@@ -166,13 +163,13 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         }
         let write = |kind: &'static str, picture: &GrayImage| write_picture(&outputs[0], kind, picture);
         match &verification {
-            Some(verification) => pages::design::draw(&plan, verification, &drawings, write),
-            None => pages::design::weakness(&plan, &block).iter().map(|picture| write(WEAKNESS, picture)).collect(),
+            Some(verification) => drawn::draw(&plan, verification, &drawings, write),
+            None => drawn::weakness(&plan, &block).iter().map(|picture| write(WEAKNESS, picture)).collect(),
         }
     };
     let write_page = || {
         let Some(path) = &report else { return Ok(()) };
-        DesignPage {
+        let page = DesignPage {
             plan: &plan,
             title: stem(&outputs[0]),
             picture: (file_name(&plan.picture), hash_of(&plan.picture)?),
@@ -185,8 +182,8 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
             in_flags: with_flags,
             notes: &notes,
             solved,
-        }
-        .write(path)
+        };
+        report_files::write(path, &page.html())
     };
     let (pictures, written) = rayon::join(draw, write_page);
     progress.finish();

@@ -13,7 +13,7 @@ use crate::{
     pipeline::DesignedBlock,
     record::SideFile,
     report::{
-        pages::design::pictures,
+        pages::drawn::pictures,
         text::design::{height_map_note, step_note},
         write_png,
     },

@@ -156,14 +156,14 @@ pub(crate) fn run(args: &MillArgs) -> Result<(), Failure> {
     if let Some(path) = &report {
         let record = file_record(&args.block, None)?;
         let file = ReportedFile { name: &name, title: stem(&args.block), record, command: command() };
-        FoundPage::of_milling(
+        let page = FoundPage::of_milling(
             file,
             &piece,
             (&study, &verdict, with_flags),
             args.feed,
             exposure_of(&piece.ideal, &piece),
-        )?
-        .write(path)?;
+        )?;
+        report_files::write(path, &page.html()?)?;
         say!("\n  report         {}", path.display());
     }
     console::result(document::Result::Mill(document::Mill {

@@ -71,7 +71,7 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
         if has_extension(output, "png") {
             write_png(output, &page.panel()).map_err(Failure::writing)?;
         } else {
-            page.write(output)?;
+            report_files::write(output, &page.html())?;
         }
     }
     console::text(&text::preview::preview(&page, &outputs));

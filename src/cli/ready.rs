@@ -7,13 +7,13 @@ use super::{
     outcome::with_flags,
     outputs,
     progress::TerminalProgress,
-    report_files::{command, file_record},
+    report_files::{self, command, file_record},
     side_files::{self, open_workpiece, path_beside, stem},
 };
 use crate::{
     failure::Failure,
     record::document,
-    report::pages::{common::exposure_of, ready::ReadyPage},
+    report::{ReadyPage, exposure_of},
     spec::{Angle, Feed, Length, RowsArgs, SourceName},
     study::{
         check::{FaceForm, Shop},
@@ -105,7 +105,7 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
     let study = study?;
     let shop = &question.shop;
     let beside = args.bench.clone().unwrap_or_else(|| path_beside(&block));
-    ReadyPage {
+    let page = ReadyPage {
         title: stem(&block),
         study: &study,
         piece: &piece,
@@ -115,8 +115,8 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
         files: [&block, &beside].into_iter().map(|file| file_record(file, None)).collect::<Result<_, _>>()?,
         command: command(),
         in_flags: with_flags,
-    }
-    .write(&sheet)?;
+    };
+    report_files::write(&sheet, &page.html())?;
     print(&study, &sheet);
     console::result(document::Result::Ready(document::Ready {
         file: block.display().to_string(),

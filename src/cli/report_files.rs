@@ -5,10 +5,14 @@ use super::{
     side_files::{file_name, hash_of},
 };
 use crate::{
+    export::write_atomically,
     failure::Failure,
-    report::{FileRecord, pages::common::kind},
+    report::{FileRecord, kind_of_file},
 };
-use std::path::{Path, PathBuf};
+use std::{
+    io::Write as _,
+    path::{Path, PathBuf},
+};
 
 /// Where the report goes, if anywhere: beside the first output unless it is named.
 pub(super) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Option<PathBuf>, Failure> {
@@ -20,6 +24,11 @@ pub(super) fn path(named: Option<&Path>, off: bool, first: &Path) -> Result<Opti
         return Err(Failure::Usage(format!("{}: the report is a page of HTML, name it .html", path.display())));
     }
     Ok(Some(path))
+}
+
+/// Writes a page. The file appears whole or not at all.
+pub(super) fn write(path: &Path, page: &str) -> Result<(), Failure> {
+    write_atomically(path, |out| out.write_all(page.as_bytes())).map_err(Failure::writing)
 }
 
 /// The command as it was given, for a shell.
@@ -36,5 +45,5 @@ pub(super) fn file_record(path: &Path, sha256: Option<String>) -> Result<FileRec
     let failed = |source| Failure::reading(path, source);
     let bytes = std::fs::metadata(path).map_err(failed)?.len();
     let sha256 = sha256.map_or_else(|| hash_of(path), Ok)?;
-    Ok(FileRecord { name: file_name(path), what: kind(path).into(), bytes, sha256 })
+    Ok(FileRecord { name: file_name(path), what: kind_of_file(path).into(), bytes, sha256 })
 }

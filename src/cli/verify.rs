@@ -345,7 +345,8 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
             ReportedFile { name: &name, title: stem(block), record: file_record(block, None)?, command: command() };
         let shown = FoundLight { scene: &scene, judgement: &judgement, steps: &steps, exposure };
         let warnings = warnings.iter().map(|warning| with_flags(warning)).collect();
-        FoundPage::of_judgement(file, side.as_ref(), &subject, &examiner, shown, warnings)?.write(path)?;
+        let page = FoundPage::of_judgement(file, side.as_ref(), &subject, &examiner, shown, warnings)?;
+        report_files::write(path, &page.html()?)?;
         say!("  report         {}", path.display());
     }
     demand(&judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)

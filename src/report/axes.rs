@@ -13,7 +13,6 @@ const TICK: Pen = Pen { width: 1.2, grey: 60 };
 const FRAME: u8 = 60;
 /// How both views are called.
 pub(super) const FROM_ABOVE: &str = "seen from above the face";
-pub(super) const ON_THE_WALL: &str = "as on the wall";
 
 /// Nodes in the rows of a picture that is seen from above the face: `+x` is right, `+y` up.
 pub(super) fn from_above<T: Copy>(field: &Field<T>) -> Field<T> {

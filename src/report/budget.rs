@@ -1,13 +1,9 @@
 //! What each step between the solver and the file does to the light: a bar for every step, and small
 //! pictures beside it where there are any.
 
-use super::{
-    pictures::{Exposure, difference_picture, irradiance_picture},
-    svg::{Anchor, Lettering, Pen, Svg},
-};
-use crate::grid::Field;
+use super::svg::{Anchor, Lettering, Pen, Svg};
 use glam::DVec2;
-use image::{GrayImage, imageops};
+use image::GrayImage;
 
 /// A step of the error budget.
 #[derive(Clone, Debug)]
@@ -29,21 +25,19 @@ pub struct CostErrors {
     pub moved: f64,
 }
 
-const MARGIN: u32 = 16;
-/// Longer side of a small picture.
-const SMALL: u32 = 150;
+pub(super) const MARGIN: u32 = 16;
 /// Heights of a step without errors, without pictures, and at least with pictures.
 const RISES: [u32; 3] = [34, 48, 78];
-const BARS: f64 = 560.0;
+pub(super) const BARS: f64 = 560.0;
 /// Room for figures beyond the longest bar.
 const BEYOND: f64 = 150.0;
-const HEAD: u32 = 58;
+pub(super) const HEAD: u32 = 58;
 const TEXT: Lettering = Lettering { height: 11.0, grey: 30, halo: 2.0 };
 const FINE: Lettering = Lettering { height: 8.5, grey: 90, halo: 2.0 };
 const GRID: Pen = Pen { width: 0.6, grey: 205 };
-const BAR: u8 = 90;
+pub(super) const BAR: u8 = 90;
 /// Of a bar.
-const THICK: f64 = 12.0;
+pub(super) const THICK: f64 = 12.0;
 /// Figures along the axis of errors.
 const TICKS: [f64; 8] = [0.0, 0.01, 0.05, 0.1, 0.2, 0.3, 0.5, 1.0];
 /// How far along the axis an error lies, from 0 to 1.
@@ -65,25 +59,7 @@ pub fn budget_chart(costs: &[Cost]) -> Svg {
     chart(&costs.iter().map(|cost| (cost, Vec::new())).collect::<Vec<_>>(), &[], (0, 0))
 }
 
-/// The same with the light of the steps that have one, in picture order and of mean 1, and its
-/// difference from the target (four times enlarged, as in [`difference_picture`]).
-///
-/// # Panics
-/// If the pictures have another size than the target.
-pub fn budget_sheet(target: &Field<f64>, steps: &[(Cost, Option<Field<f64>>)], exposure: Exposure) -> GrayImage {
-    let scale = f64::from(SMALL) / target.nx().max(target.ny()) as f64;
-    let small = |n: usize| ((n as f64 * scale).round() as u32).max(1);
-    let (width, height) = (small(target.nx()), small(target.ny()));
-    let shrunk = |picture| imageops::resize(&picture, width, height, imageops::FilterType::Triangle);
-    let pictures = |light: &Field<f64>| {
-        vec![shrunk(irradiance_picture(light, exposure)), shrunk(difference_picture(target, light, exposure))]
-    };
-    let rows: Vec<_> =
-        steps.iter().map(|(cost, light)| (cost, light.as_ref().map(pictures).unwrap_or_default())).collect();
-    chart(&rows, &["the light, as on the wall", "difference × 4"], (width, height)).raster()
-}
-
-fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u32, u32)) -> Svg {
+pub(super) fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u32, u32)) -> Svg {
     let rise = |(cost, pictures): &(&Cost, Vec<GrayImage>)| match cost.errors {
         None => RISES[0],
         Some(_) if pictures.is_empty() => RISES[1],
@@ -135,35 +111,6 @@ fn chart(rows: &[(&Cost, Vec<GrayImage>)], titles: &[&str], (width, height): (u3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        irradiance::{TargetIrradiance, Transfer},
-        measured::within_tenth_of,
-    };
-
-    #[test]
-    fn greater_errors_have_longer_bars() {
-        let target = TargetIrradiance::new(Field::from_fn(60, 40, |i, _| 1.0 + i as f64)).unwrap();
-        let step = |error: f64| {
-            let errors = CostErrors { rel_rms: error, ssim: 0.5, moved: error };
-            (Cost { name: "step".into(), errors: Some(errors) }, Some(target.cells().clone()))
-        };
-        let note = (Cost { name: "the same".into(), errors: None }, None);
-        let exposure = Exposure::of(&target, Transfer::Linear);
-        let sheet = budget_sheet(target.cells(), &[step(1e-3), step(1e-1), note], exposure);
-        let ink = |rows: std::ops::Range<u32>| {
-            let bars = 2 * (MARGIN + SMALL)..sheet.width();
-            rows.flat_map(|j| bars.clone().map(move |i| (i, j)))
-                .filter(|&(i, j)| sheet.get_pixel(i, j).0[0] == BAR)
-                .count()
-        };
-        let rows = [HEAD, HEAD + 114, HEAD + 228];
-        let (short, long) = (ink(rows[0]..rows[1]), ink(rows[1]..rows[2]));
-        // A digit differs, and letters have pixels of a bar's grey.
-        let longer = (0.1_f64.sqrt() - 0.001_f64.sqrt()) * BARS * THICK;
-        assert!(short > 150, "{short}");
-        within_tenth_of(3.4545, (long as f64 - short as f64 - longer).abs(), format_args!("{short} {long}"));
-        assert!(ink(rows[2]..sheet.height()) < 20);
-    }
 
     #[test]
     fn a_chart_takes_words_as_words_and_errors_beyond_its_axis() {

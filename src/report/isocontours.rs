@@ -2,7 +2,6 @@
 
 use super::{
     axes::{Axes, FROM_ABOVE, from_above, place, round_step},
-    sheet::{Captioned, sheet},
     svg::{Anchor, Lettering, Pen, Svg, path, ring, text_width},
 };
 use crate::{
@@ -52,7 +51,8 @@ pub struct Isocontours {
     /// The lines, lighter where the block is thicker, seen from above the face: `+x` is right and
     /// `+y` up, as its axes say.
     pub picture: Svg,
-    caption: String,
+    /// What is seen there.
+    pub caption: String,
 }
 
 impl Isocontours {
@@ -80,7 +80,9 @@ impl Isocontours {
     pub const LONGEST_PX: u32 = 1000;
 
     /// The picture on a sheet with a caption.
+    #[cfg(feature = "svg")]
     pub fn sheet(&self) -> GrayImage {
+        use super::sheet::{Captioned, sheet};
         sheet(vec![Captioned { caption: self.caption.clone(), picture: self.picture.raster() }], 1)
     }
 }

@@ -1,28 +1,32 @@
 //! What a design looks like: lines of equal height, the light on the wall, and how far it is from
 //! the target, step by step and from bench to bench.
 
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod axes;
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod budget;
+#[cfg(feature = "svg")]
+mod budget_sheet;
 #[cfg(feature = "cli")]
 mod coupon;
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod curves;
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod dimension;
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod drawing;
-#[cfg(feature = "cli")]
+#[cfg(feature = "report")]
 mod html;
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 mod isocontours;
-#[cfg(feature = "cli")]
+#[cfg(feature = "report")]
 pub(crate) mod pages;
 mod pictures;
 #[cfg(feature = "svg")]
-mod sheet;
+mod raster;
 #[cfg(feature = "svg")]
+mod sheet;
+#[cfg(feature = "drawings")]
 mod svg;
 #[cfg(feature = "cli")]
 pub(crate) mod text;
@@ -30,19 +34,31 @@ pub(crate) mod text;
 #[cfg(feature = "cli")]
 pub use coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet};
 #[cfg(feature = "cli")]
-pub use html::{
-    CouponSheet, Facts, FileRecord, Highlight, Model, MovingLight, Page, ReadingRule, ReadySheet, TrafficLight, View,
-    coupon_html, render, write_html, write_ready_sheet,
-};
+pub use html::{CouponSheet, ReadingRule, coupon_html};
 pub use pictures::{Exposure, difference_picture, irradiance_picture};
-#[cfg(feature = "svg")]
+#[cfg(feature = "drawings")]
 pub use {
-    budget::{Cost, CostErrors, budget_chart, budget_sheet},
+    budget::{Cost, CostErrors, budget_chart},
     curves::{Curve, curves},
     drawing::{Drawing, dimensioned_drawing},
     isocontours::{Isocontours, contour_interval_mm},
-    sheet::{Captioned, contact_sheet, map, panel},
     svg::Svg,
+};
+#[cfg(feature = "svg")]
+pub use {
+    budget_sheet::budget_sheet,
+    sheet::{Captioned, contact_sheet, map, panel},
+};
+#[cfg(feature = "report")]
+pub use {
+    html::{
+        Facts, FileRecord, Highlight, Model, MovingLight, Page, ReadySheet, TrafficLight, View, ready_sheet, render,
+    },
+    pages::{
+        common::{exposure_of, kind_of_file},
+        design::{BlockDrawings, DesignPage},
+        ready::ReadyPage,
+    },
 };
 
 #[cfg(feature = "files")]

@@ -1,7 +1,7 @@
 //! Pictures side by side on white paper, and maps of a face.
 
 use super::{
-    axes::{Axes, ON_THE_WALL, from_above, place},
+    axes::{Axes, from_above, place},
     pictures::{Exposure, difference_picture, irradiance_picture},
     svg::{Anchor, Lettering, Pen, Svg},
 };
@@ -9,6 +9,7 @@ use crate::grid::{Extent, Field, bilinear_resample};
 use glam::DVec2;
 use image::{GrayImage, Luma, imageops};
 
+pub(super) const ON_THE_WALL: &str = "as on the wall";
 /// White around and between the pictures, pixels.
 pub(super) const MARGIN: u32 = 16;
 /// Height of the strip with captions of one line, pixels, and of every further line.

@@ -1,31 +1,24 @@
-//! Drawings as SVG: text for a page, and the same text as pixels where a picture is wanted. Its
-//! letters come with the program, so that a drawing looks the same on every machine.
+//! Drawings as SVG. Their letters come with the program, so that a drawing looks the same on every
+//! machine.
 
 use base64::{Engine, engine::general_purpose::STANDARD};
 use glam::DVec2;
 use image::{
-    DynamicImage, GrayImage, Luma,
+    DynamicImage, GrayImage,
     codecs::png::{CompressionType, FilterType, PngEncoder},
 };
-use resvg::{
-    tiny_skia::{Color, Pixmap, PremultipliedColorU8, Transform},
-    usvg::{Options, Tree, fontdb::Database},
+use skrifa::{
+    FontRef, MetadataProvider as _,
+    instance::{LocationRef, Size},
 };
-use std::{
-    fmt::{self, Display},
-    sync::{Arc, LazyLock},
-};
+use std::fmt::{self, Display};
 
 /// The letters of all drawings; on a page, those that are as wide.
 const FAMILIES: &str = "Glasswarp Sans, Liberation Sans, Arimo, Arial, Helvetica, sans-serif";
 /// Height of a digit in the size of the font.
 const DIGIT: f64 = 1409.0 / 2048.0;
 
-static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
-    let mut fonts = Database::new();
-    fonts.load_font_data(include_bytes!("font/GlasswarpSans.ttf").to_vec());
-    Arc::new(fonts)
-});
+pub(super) static FONT: &[u8] = include_bytes!("font/GlasswarpSans.ttf");
 
 /// A line: its width, pixels, and its grey from 0, black, to 255, white.
 #[derive(Clone, Copy, Debug)]
@@ -99,9 +92,9 @@ pub(super) fn png_uri(picture: &DynamicImage) -> String {
 /// pixel `(i, j)` is the point `(i, j)`.
 #[derive(Clone, Debug)]
 pub struct Svg {
-    width: u32,
-    height: u32,
-    pictures: Vec<((u32, u32), GrayImage)>,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) pictures: Vec<((u32, u32), GrayImage)>,
     ink: String,
     clips: usize,
 }
@@ -131,7 +124,7 @@ impl Svg {
     }
 
     /// Lays a picture in colours below the ink that follows. It is for pages, and never rastered.
-    #[cfg(feature = "cli")]
+    #[cfg(feature = "report")]
     pub(super) fn colours(&mut self, left: u32, top: u32, picture: &DynamicImage) {
         let [x, y] = [left, top].map(|at| Px(f64::from(at) - 0.5));
         let (width, height, uri) = (picture.width(), picture.height(), png_uri(picture));
@@ -230,19 +223,22 @@ impl Svg {
     }
 
     /// The drawing as an element of a page, with these attributes.
-    #[cfg(feature = "cli")]
-    pub(super) fn element(&self, attributes: &str) -> String {
+    pub fn element(&self, attributes: &str) -> String {
         self.markup(attributes, true)
     }
 
-    /// The drawing as the address of itself.
-    #[cfg(feature = "cli")]
-    pub(super) fn uri(&self) -> String {
-        let text = self.markup(NAMESPACE, true);
-        format!("data:image/svg+xml;base64,{}", base64(text.as_bytes()))
+    /// The drawing as a file.
+    pub fn document(&self) -> String {
+        self.markup(NAMESPACE, true)
     }
 
-    fn markup(&self, attributes: &str, with_pictures: bool) -> String {
+    /// The drawing as the address of itself.
+    #[cfg(feature = "report")]
+    pub(super) fn uri(&self) -> String {
+        format!("data:image/svg+xml;base64,{}", base64(self.document().as_bytes()))
+    }
+
+    pub(super) fn markup(&self, attributes: &str, with_pictures: bool) -> String {
         let (width, height) = self.size();
         let mut text = format!(
             "<svg viewBox=\"-0.5 -0.5 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"{FAMILIES}\" fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\" xml:space=\"preserve\" style=\"white-space: pre\" {attributes}>"
@@ -254,43 +250,17 @@ impl Svg {
         }
         text + &self.ink + "</svg>"
     }
-
-    /// The drawing in pixels. Its pictures keep theirs, to the last bit, where there is no ink.
-    ///
-    /// # Panics
-    /// If a side is zero, or there is no memory for it.
-    pub fn raster(&self) -> GrayImage {
-        let mut sheet = Pixmap::new(self.width, self.height).expect("a sheet of paper");
-        sheet.fill(Color::WHITE);
-        for ((left, top), picture) in &self.pictures {
-            for (i, j, &Luma([grey])) in picture.enumerate_pixels() {
-                let (x, y) = (left + i, top + j);
-                if x < self.width && y < self.height {
-                    sheet.pixels_mut()[(y * self.width + x) as usize] = opaque(grey);
-                }
-            }
-        }
-        resvg::render(&parsed(&self.markup(NAMESPACE, false)), Transform::identity(), &mut sheet.as_mut());
-        GrayImage::from_fn(self.width, self.height, |i, j| Luma([sheet.pixels()[(j * self.width + i) as usize].red()]))
-    }
 }
 
-const NAMESPACE: &str = "xmlns=\"http://www.w3.org/2000/svg\"";
-
-fn opaque(grey: u8) -> PremultipliedColorU8 {
-    Color::from_rgba8(grey, grey, grey, 255).premultiply().to_color_u8()
-}
-
-fn parsed(drawing: &str) -> Tree {
-    let options = Options { fontdb: Arc::clone(&FONTS), ..Options::default() };
-    Tree::from_str(drawing, &options).expect("drawings are written by this module alone")
-}
+pub(super) const NAMESPACE: &str = "xmlns=\"http://www.w3.org/2000/svg\"";
 
 /// Width of a text, pixels.
 pub(super) fn text_width(text: &str, height: f64) -> f64 {
-    let mut drawing = Svg::new(1, 1);
-    drawing.text(DVec2::ZERO, Anchor::Start, text, Lettering { height, grey: 0, halo: 0.0 });
-    f64::from(parsed(&drawing.markup(NAMESPACE, false)).root().abs_bounding_box().width())
+    let Ok(font) = FontRef::new(FONT) else { unreachable!("the font comes with the program") };
+    let size = height / DIGIT;
+    let (letters, metrics) = (font.charmap(), font.glyph_metrics(Size::new(size as f32), LocationRef::default()));
+    let width = |letter| metrics.advance_width(letters.map(letter).unwrap_or_default()).unwrap_or_default();
+    text.chars().map(width).map(f64::from).sum()
 }
 
 /// A grey as a colour.
@@ -324,6 +294,7 @@ impl Display for Escaped<'_> {
 mod tests {
     use super::*;
     use crate::measured::within_tenth_of;
+    use image::Luma;
 
     const INK: Lettering = Lettering { height: 20.0, grey: 0, halo: 0.0 };
 

@@ -47,4 +47,4 @@ pub use settings::{DRAWING_NODES, DesignFile, OFFSET, Settings};
 pub use shard::Shard;
 pub use source::{DeconvolutionName, Roughness, SourceName, SpeckFile};
 pub use tolerances::ToleranceArgs;
-pub use wavelength::Wavelength;
+pub use wavelength::{VISIBLE_NM, Wavelength};

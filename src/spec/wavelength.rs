@@ -12,7 +12,7 @@ pub struct Wavelength {
 }
 
 /// Wavelengths for which dispersion is known of most materials, nm.
-const VISIBLE_NM: (f64, f64) = (400.0, 700.0);
+pub const VISIBLE_NM: (f64, f64) = (400.0, 700.0);
 
 impl FromStr for Wavelength {
     type Err = String;

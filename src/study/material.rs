@@ -2,9 +2,10 @@
 
 use crate::{
     failure::Failure,
-    materials::{self, Material},
-    spec::{Settings, Wavelength, nearest},
+    materials::{self, D_LINE_NM, Material},
+    spec::{Settings, VISIBLE_NM, Wavelength, nearest},
 };
+use serde::Serialize;
 
 /// The index of the block that settings describe.
 pub fn ior_of(settings: &Settings) -> Result<f64, Failure> {
@@ -37,6 +38,39 @@ pub fn ior_at(material: &Material, wavelength: Option<Wavelength>) -> Result<f64
     }
 }
 
+/// How the index of a block follows the wavelength, as plain numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Spectrum {
+    /// The wavelength that the block is designed for.
+    pub design_nm: f64,
+    /// That of the first index, and from each to the next.
+    pub first_nm: f64,
+    /// From each to the next.
+    pub step_nm: f64,
+    /// The material's index.
+    pub ior: Vec<f64>,
+}
+
+/// Between which an index is as good as on a straight line: it is off by 1e-6 at most.
+const STEP_NM: f64 = 5.0;
+
+impl Spectrum {
+    /// That of the material that settings name, if it has been published.
+    pub fn of(settings: &Settings) -> Option<Self> {
+        let name = match (&settings.material, settings.ior) {
+            (Some(name), _) => name,
+            (None, Some(_)) => return None,
+            (None, None) => materials::DEFAULT,
+        };
+        let material = materials::by_name(name)?;
+        let (first_nm, last_nm) = VISIBLE_NM;
+        let count = ((last_nm - first_nm) / STEP_NM).round() as usize;
+        let ior = (0..=count).map(|k| material.ior_at(first_nm + k as f64 * STEP_NM)).collect::<Option<_>>()?;
+        let design_nm = settings.wavelength.map_or(D_LINE_NM, |wavelength| wavelength.nm);
+        Some(Self { design_nm, first_nm, step_nm: STEP_NM, ior })
+    }
+}
+
 pub(super) fn no_dispersion(material: &Material) -> Failure {
     let known: Vec<&str> =
         materials::MATERIALS.iter().filter(|m| m.dispersion.is_some()).map(|material| material.name).collect();
@@ -50,6 +84,22 @@ pub(super) fn no_dispersion(material: &Material) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measured::at_worst;
+
+    #[test]
+    fn a_spectrum_is_that_of_the_material_between_its_numbers_too() {
+        let pmma = materials::by_name("pmma").unwrap();
+        let Spectrum { design_nm, first_nm, step_nm, ior } = Spectrum::of(&Settings::default()).unwrap();
+        let furthest = (0..ior.len() - 1).map(|k| {
+            let nm = first_nm + (k as f64 + 0.5) * step_nm;
+            (pmma.ior_at(nm).unwrap() - 0.5 * (ior[k] + ior[k + 1])).abs()
+        });
+        at_worst(1e-5, furthest.fold(0.0, f64::max), format_args!("halfway"));
+        assert!((first_nm + step_nm * (ior.len() - 1) as f64 - VISIBLE_NM.1).abs() < 1e-9);
+        assert_eq!(design_nm, D_LINE_NM);
+        assert_eq!(Spectrum::of(&Settings { ior: Some(1.5), ..Settings::default() }), None);
+        assert_eq!(Spectrum::of(&Settings { material: Some("petg".into()), ..Settings::default() }), None);
+    }
 
     #[test]
     fn blue_is_bent_more_than_red_and_the_unknown_is_refused() {

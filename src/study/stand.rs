@@ -1,5 +1,6 @@
 //! How a block stands on its bench, as plain numbers: for drawings, and for light that moves.
 
+use super::material::Spectrum;
 use crate::{irradiance::SourceSize, solid::Solid, spec::Settings, surface::HeightField};
 use glam::{DVec2, DVec3};
 use glasswarp_verify::{Emission, Light, Optics, Scene};
@@ -33,6 +34,8 @@ pub struct Stand {
     /// Semi-axes of the source that the block was designed for: of parallel light in radians, of a
     /// lamp in mm.
     pub source_radius: Option<[f64; 2]>,
+    /// How its index follows the wavelength, where that is known.
+    pub spectrum: Option<Spectrum>,
     /// What of the light these numbers do not say.
     pub unsaid: Option<&'static str>,
 }
@@ -98,6 +101,7 @@ impl Stand {
             SourceSize::Disc { diameter_mm } => [0.5 * diameter_mm; 2],
             SourceSize::Rectangle { width_mm, height_mm } => [0.5 * width_mm, 0.5 * height_mm],
         });
+        let refracts = scene.optics != Optics::Reflects;
         Self {
             ior: if let Optics::Refracts { ior } = scene.optics { Some(ior) } else { None },
             face_mm: surface.extent().as_vec().to_array(),
@@ -111,6 +115,7 @@ impl Stand {
             window_centre_mm: scene.window.centre_mm.to_array(),
             light,
             source_radius,
+            spectrum: settings.filter(|_| refracts).and_then(Spectrum::of),
             unsaid,
         }
     }

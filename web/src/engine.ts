@@ -99,6 +99,11 @@ export class Engine {
     if (this.starting) (await this.starting).postMessage({ id: this.next++, method: "put", args: [name, bytes] });
   }
 
+  /** Takes a file away again. */
+  async forget(name: string): Promise<void> {
+    if (this.files.delete(name) && this.starting) (await this.starting).postMessage({ id: this.next++, method: "forget", args: [name] });
+  }
+
   /** Asks the library. A rejection is a Fault. */
   call<A>(call: Call, listener?: (progress: Progress) => void): Promise<A> {
     const id = this.next++;

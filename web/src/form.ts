@@ -4,12 +4,12 @@ import { h } from "./dom";
 import type { Engine } from "./engine";
 import type { Catalogue, Setting } from "./protocol";
 import { valueOf, type State } from "./state";
-import { groupName, say, settingName } from "./strings";
+import { choiceHint, groupName, hintOf, say, settingName } from "./strings";
 
 /** These have their own place: beside the picture, or in "Make it". */
 const ELSEWHERE = new Set(["preset", "crop", "rotate", "flip", "levels", "invert", "offset", "background", "nodes"]);
-/** Paths of files, which the page cannot name yet. */
-const OF_FILES = new Set(["beam", "psf", "caustic-mesh"]);
+/** A file of more bytes is none that a setting names. */
+const MOST_MB = 64;
 
 type Field = HTMLInputElement | HTMLSelectElement;
 
@@ -17,6 +17,8 @@ export class Form {
   readonly element: HTMLElement;
   private readonly fields = new Map<string, { field: Field; fault: HTMLElement; setting: Setting }>();
   private readonly presets: HTMLSelectElement;
+  private readonly fileList = h("ul", { id: "other-file-list" });
+  private readonly fileFault = h("p", { class: "fault", role: "alert", hidden: true });
 
   constructor(
     private readonly state: State,
@@ -25,14 +27,14 @@ export class Form {
   ) {
     const groups = new Map<string, Setting[]>();
     for (const setting of catalogue.settings) {
-      if (ELSEWHERE.has(setting.name) || OF_FILES.has(setting.name)) continue;
+      if (ELSEWHERE.has(setting.name)) continue;
       groups.set(setting.group, [...(groups.get(setting.group) ?? []), setting]);
     }
     this.presets = h(
       "select",
       { id: "preset", onchange: () => this.applyPreset() },
       h("option", { value: "" }, say("noPreset")),
-      ...catalogue.presets.map(({ name, help }) => h("option", { value: name }, help || name)),
+      ...catalogue.presets.map(({ name, help }) => h("option", { value: name }, choiceHint("preset", name, help || name))),
     );
     const usual = [...groups.values()].flat().filter((setting) => !setting.rare);
     const rare = [...groups].map(([group, settings]) => [group, settings.filter((setting) => setting.rare)] as const).filter(([, settings]) => settings.length > 0);
@@ -46,16 +48,35 @@ export class Form {
         "details",
         { id: "more-settings" },
         h("summary", {}, say("more")),
+        this.otherFiles(),
         ...rare.map(([group, settings]) => h("fieldset", {}, h("legend", {}, groupName(group)), h("div", { class: "settings" }, ...settings.map((setting) => this.field(setting))))),
       ),
     );
+  }
+
+  /** Files that settings name, given to the page by name. */
+  private otherFiles(): HTMLElement {
+    const input = h("input", { type: "file", multiple: true, id: "other-files", class: "visually-hidden", onchange: () => void this.takeFiles(input) });
+    return h("fieldset", {}, h("legend", {}, say("otherFiles")), h("p", { class: "hint" }, say("otherFilesHelp")), h("label", { for: "other-files", class: "button" }, say("choose")), input, this.fileFault, this.fileList);
+  }
+
+  private async takeFiles(input: HTMLInputElement): Promise<void> {
+    this.fileFault.hidden = true;
+    for (const file of input.files ?? []) {
+      const mb = file.size / 1e6;
+      if (mb > MOST_MB) {
+        this.fileFault.hidden = false;
+        this.fileFault.textContent = say("tooLarge", { name: file.name, mb: mb.toFixed(0), most: MOST_MB });
+      } else this.state.addFile(file.name, new Uint8Array(await file.arrayBuffer()));
+    }
+    input.value = "";
   }
 
   private field(setting: Setting): HTMLElement {
     const { name, help, more } = setting;
     const id = `setting-${name}`;
     const change = () => void this.change(setting);
-    const hint = h("small", { id: `${id}-hint`, class: "hint" }, inSettings([help, more].filter(Boolean).join(". ")));
+    const hint = h("small", { id: `${id}-hint`, class: "hint" }, hintOf(name, [help, more].filter(Boolean).join(". ")));
     const fault = h("small", { id: `${id}-fault`, class: "fault", role: "alert", hidden: true });
     const described = { id, "aria-describedby": `${id}-hint ${id}-fault`, onchange: change };
     const choices = name === "material" ? this.catalogue.materials.map(({ name, description, ior }) => ({ name, help: `${description}, n = ${ior}` })) : setting.choices;
@@ -63,7 +84,7 @@ export class Form {
     if (setting.is_switch) {
       field = h("input", { ...described, type: "checkbox" });
     } else if (choices.length > 0) {
-      const label = (choice: { name: string; help: string }) => (choice.help ? `${choice.name}: ${choice.help}` : choice.name);
+      const label = (choice: { name: string; help: string }) => (choice.help ? `${choice.name}: ${choiceHint(name, choice.name, choice.help)}` : choice.name);
       field = h("select", described, h("option", { value: "" }, `(${say("byDefault")})`), ...choices.map((choice) => h("option", { value: choice.name }, label(choice))));
     } else {
       const usual = /\[default: ([^\]]*)\]/.exec(help)?.[1];
@@ -101,6 +122,8 @@ export class Form {
 
   /** Shows the settings as they are. */
   update(): void {
+    const remove = (name: string) => h("button", { type: "button", "aria-label": `${say("remove")}: ${name}`, onclick: () => this.state.removeFile(name) }, say("remove"));
+    this.fileList.replaceChildren(...[...this.state.files.keys()].map((name) => h("li", { class: "row" }, h("code", {}, name), remove(name))));
     for (const [name, { field, fault }] of this.fields) {
       const value = this.state.settings[name];
       if (document.activeElement === field && field instanceof HTMLInputElement && field.type === "text") continue;
@@ -110,6 +133,3 @@ export class Form {
     }
   }
 }
-
-/** The library's words are those of the command line: here a flag is the name of its setting. */
-const inSettings = (text: string): string => text.replace(/--([a-z][a-z-]*)/g, (_, name: string) => settingName(name));

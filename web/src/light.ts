@@ -17,6 +17,7 @@ const LABELS: Record<SliderName, keyof Words> = {
   lightY: "poseLightY",
   source: "poseSource",
   index: "poseIndex",
+  wavelength: "poseWavelength",
 };
 
 export class LightPanel {

@@ -11,7 +11,7 @@ import { Maker, NODES } from "./make";
 import { PicturePanel } from "./picture";
 import type { Catalogue, Facts, Fault, Reply, Settings } from "./protocol";
 import { fromHash, type Picture, State } from "./state";
-import { keepPicture, keptDesigns, keptPicture } from "./store";
+import { keepFiles, keepPicture, keptDesigns, keptFiles, keptPicture } from "./store";
 import { language, number, say, setLanguage } from "./strings";
 
 const DRAFT_NODES = [129, 193, 257];
@@ -138,6 +138,25 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
     timer = window.setTimeout(() => void draft(), 60);
   }
 
+  /** What the workers have of the files that settings name. */
+  const handed = new Map<string, Uint8Array>();
+  function handOverFiles(): void {
+    let changed = false;
+    for (const name of [...handed.keys()]) {
+      if (state.files.has(name)) continue;
+      handed.delete(name);
+      for (const engine of [drafts, maker]) void engine.forget(name);
+      changed = true;
+    }
+    for (const [name, bytes] of state.files) {
+      if (handed.get(name) === bytes) continue;
+      handed.set(name, bytes);
+      for (const engine of [drafts, maker]) void engine.put(name, bytes);
+      changed = true;
+    }
+    if (changed) keepFiles(state.files).catch(() => warn(say("storageFull")));
+  }
+
   /** Gives the picture to whoever designs with it. */
   async function handOver(): Promise<void> {
     if (state.picture === given || !state.picture) return;
@@ -183,6 +202,7 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
     form.update();
     view.draw();
     make.update(null);
+    handOverFiles();
     void picture.update();
     ask();
     if (state.picture !== shown) {
@@ -202,6 +222,9 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
   view.draw();
   make.update("");
   void showDesigns();
+  void keptFiles().then((files) => {
+    for (const [name, bytes] of files) state.addFile(name, bytes);
+  });
   void keptPicture().then(async (kept) => {
     if (!kept || state.picture) return;
     shown = kept;

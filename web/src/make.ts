@@ -1,10 +1,12 @@
 // Make it: the block at its full number of nodes, its verification, and its files.
 
-import { figures, inWords, withCode } from "./answer";
+import { figures, withCode } from "./answer";
 import { download, h, paint } from "./dom";
 import type { Engine } from "./engine";
-import type { Facts, Fault, Progress, Reply, Verified } from "./protocol";
-import type { State } from "./state";
+import type { Facts, Fault, Reply, Verified } from "./protocol";
+import { Run } from "./run";
+import { Shop } from "./shop";
+import type { Picture, State } from "./state";
 import { keepDesign } from "./store";
 import { number, say, type Words } from "./strings";
 
@@ -29,16 +31,13 @@ export class Maker {
   private readonly nodes = h("select", { id: "make-nodes" }, ...CHOICES.map((n) => h("option", { value: n, selected: n === NODES }, String(n))));
   private readonly verify = h("input", { type: "checkbox", id: "make-verify", checked: true });
   private readonly button = h("button", { type: "button", class: "primary", id: "make", onclick: () => void this.make() }, say("makeButton"));
-  private readonly stop = h("button", { type: "button", id: "make-cancel", hidden: true, onclick: () => this.engine.cancel() }, say("cancel"));
-  private readonly bar = h("progress", { id: "make-bar", hidden: true, "aria-label": say("make") });
-  private readonly status = h("p", { id: "make-status", role: "status", "aria-live": "polite" });
-  private readonly fault = h("p", { class: "fault", role: "alert", id: "make-fault", hidden: true });
+  private readonly run: Run;
+  private readonly shop: Shop;
   private readonly found = h("div", { id: "make-found" });
   private readonly command = h("code", { id: "command" });
   private facts: Facts | null = null;
-  private began = 0;
   /** Settings and picture of the block that was made, which may have changed since. */
-  private of: { stem: string; picture: { name: string; bytes: Uint8Array } } | null = null;
+  private of: { stem: string; picture: Picture; files: Map<string, Uint8Array> } | null = null;
 
   constructor(
     private readonly state: State,
@@ -46,6 +45,8 @@ export class Maker {
     private readonly onMade: (reply: Reply<Facts>) => void,
     private readonly onKept: () => void,
   ) {
+    this.run = new Run("make", engine, this.button);
+    this.shop = new Shop(engine);
     const copied = h("span", { class: "note", role: "status" });
     const copy = async () => {
       await navigator.clipboard.writeText(this.command.textContent ?? "");
@@ -61,13 +62,14 @@ export class Maker {
         h("label", { class: "inline" }, h("span", {}, say("makeNodes")), this.nodes),
         h("label", { class: "inline" }, this.verify, h("span", {}, say("verifyBox"))),
         this.button,
-        this.stop,
+        this.run.stop,
         h("button", { type: "button", onclick: () => window.print() }, say("print")),
       ),
-      this.bar,
-      this.status,
-      this.fault,
+      this.run.bar,
+      this.run.status,
+      this.run.fault,
       this.found,
+      this.shop.element,
       h("h3", {}, say("command")),
       h("div", { class: "command" }, this.command, h("button", { type: "button", onclick: () => void copy() }, say("copy")), copied),
     );
@@ -83,46 +85,19 @@ export class Maker {
     if (command !== null) this.command.textContent = command;
   }
 
-  private tell(progress: Progress): void {
-    const elapsed = (performance.now() - this.began) / 1000;
-    const { stage, steps, done } = progress;
-    if (steps > 0) {
-      this.bar.max = steps;
-      this.bar.value = done;
-    } else this.bar.removeAttribute("value");
-    const inStage = (performance.now() - this.stageBegan(stage)) / 1000;
-    const left = steps > 0 && done > 0 ? `, ${say("left", { s: Math.max(1, Math.round((inStage * (steps - done)) / done)) })}` : "";
-    this.status.textContent = `${stage}${steps > 0 ? ` ${done}/${steps}` : ""}, ${say("elapsed", { s: elapsed.toFixed(1) })}${left}`;
-  }
-
-  private stage = { name: "", began: 0 };
-  private stageBegan(name: string): number {
-    if (this.stage.name !== name) this.stage = { name, began: performance.now() };
-    return this.stage.began;
-  }
-
-  private busy(is: boolean): void {
-    this.button.disabled = is;
-    this.stop.hidden = this.bar.hidden = !is;
-    this.bar.removeAttribute("value");
-  }
-
   async make(): Promise<void> {
     const { picture } = this.state;
     if (!picture) return;
     const settings = { ...this.state.settings, nodes: Number(this.nodes.value) };
     const stem = picture.name.replace(/\.[^.]*$/, "") || "block";
-    this.began = performance.now();
-    this.busy(true);
-    this.fault.hidden = true;
-    this.found.replaceChildren();
-    const tell = (progress: Progress) => this.tell(progress);
-    try {
+    const fault = await this.run.of(async (tell) => {
+      this.found.replaceChildren();
+      this.shop.take(null);
       await this.engine.put(picture.name, picture.bytes);
       const made = await this.engine.call<Reply<Facts>>({ method: "make", args: [this.state.asked(settings), PIXELS, MESH] }, tell);
       this.facts = made.facts;
-      this.of = { stem, picture };
-      const seconds = (performance.now() - this.began) / 1000;
+      this.of = { stem, picture, files: new Map(this.state.files) };
+      const seconds = this.run.seconds;
       const [nx, ny] = made.facts.block.nodes;
       this.showMade(made);
       this.onMade(made);
@@ -130,24 +105,15 @@ export class Maker {
         const verified = await this.engine.call<Reply<Verified>>({ method: "verify", args: [`${stem}.stl`] }, tell);
         this.showVerified(verified);
       }
+      this.shop.take(`${stem}.stl`);
       const memory = await this.engine.call<number>({ method: "memory", args: [] });
+      await keepDesign(this.state.settings, picture, made.facts, made.arrays.light as Uint8Array).then(this.onKept, () => this.run.failed(say("storageFull")));
       const said = [say("made", { nx, ny, s: seconds.toFixed(1), mb: Math.round(memory / 1e6) })];
       if (this.verify.checked) said.push(say("verified", { file: `${stem}.stl` }));
-      this.status.textContent = said.join(" ");
-      await keepDesign(this.state.settings, picture, made.facts, made.arrays.light as Uint8Array).then(this.onKept, () => {
-        this.fault.hidden = false;
-        this.fault.textContent = say("storageFull");
-      });
-    } catch (error) {
-      const fault = error as Fault;
-      this.status.textContent = fault.kind === "cancelled" ? say("cancelled") : "";
-      this.fault.hidden = fault.kind === "cancelled";
-      if (fault.kind !== "cancelled") this.fault.replaceChildren(...inWords(fault));
-      // A worker that was ended has taken the block with it.
-      if (fault.kind === "internal" || !this.engine.cooperates) this.facts = null;
-    } finally {
-      this.busy(false);
-    }
+      return said.join(" ");
+    });
+    // A worker that was ended has taken the block with it.
+    if (fault && (fault.kind === "internal" || !this.engine.cooperates)) this.facts = null;
   }
 
   private showMade({ facts, arrays }: Reply<Facts>): void {
@@ -199,6 +165,7 @@ export class Maker {
       "div",
       { class: "row files" },
       ...FORMATS.map(([extension, label, type]) => button(extension, say(label), async () => download(this.name(extension), await this.bytes(extension), type))),
+      button("report", say("fileReport"), async () => download(this.name("report.html"), await this.engine.call<string>({ method: "report", args: [this.of?.stem ?? "block"] }), "text/html")),
       button("side", say("fileSide"), async () => download(this.name("toml"), await this.side(), "application/toml")),
       button("design", say("fileDesign"), async () => download("design.toml", this.facts?.design_toml ?? "", "application/toml")),
       button("zip", say("zip"), () => this.zip()),
@@ -220,24 +187,23 @@ export class Maker {
   }
 
   private async giving(give: () => Promise<void>): Promise<void> {
-    this.fault.hidden = true;
+    this.run.failed(null);
     try {
       await give();
     } catch (error) {
-      this.fault.hidden = false;
-      this.fault.replaceChildren(...inWords(error as Fault));
+      this.run.failed(error as Fault);
     }
   }
 
   /** Everything that belongs together, with the picture, so that `glasswarp verify` works in the folder as it is unpacked. */
   private async zip(): Promise<void> {
-    this.status.textContent = say("zipped");
+    this.run.status.textContent = say("zipped");
     const { of, facts } = this;
     if (!of || !facts) return;
-    const others = { [of.picture.name]: of.picture.bytes, "design.toml": new TextEncoder().encode(facts.design_toml) };
+    const others = { ...Object.fromEntries(of.files), [of.picture.name]: of.picture.bytes, "design.toml": new TextEncoder().encode(facts.design_toml) };
     const names = FORMATS.map(([extension]) => this.name(extension));
     const packed = await this.engine.call<Uint8Array>({ method: "zip", args: [names, this.name("toml"), others] });
     download(this.name("zip"), packed, "application/zip");
-    this.status.textContent = "";
+    this.run.status.textContent = "";
   }
 }

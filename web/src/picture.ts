@@ -9,6 +9,10 @@ import { say } from "./strings";
 
 /** Pixels of the longer side of what is shown. */
 const SHOWN = 400;
+/** Pixels of the longer side of what an SVG or a large photograph becomes: more than the nodes of any block here can draw. */
+const DRAWN = 2048;
+/** A photograph of more pixels takes seconds and gigabytes for every draft. */
+const MOST_PIXELS = 12e6;
 /** A file of more bytes is not read: its light would not fit into a page anyway. */
 const MOST_MB = 256;
 
@@ -28,6 +32,7 @@ export class PicturePanel {
   private readonly aspect: HTMLSelectElement;
   /** Of the upright picture without edits, pixels. */
   private whole: [number, number] = [1, 1];
+  private readonly offer = h("div", { class: "row", id: "picture-offer", role: "alert", hidden: true });
   private asked = 0;
   private shown = { original: "", light: "", picture: null as unknown };
 
@@ -36,7 +41,7 @@ export class PicturePanel {
     /** Its own, so that it waits for no draft. */
     private readonly engine: Engine,
   ) {
-    const input = h("input", { type: "file", accept: "image/*,.exr,.pnm,.ppm,.pgm,.tif,.tiff", id: "picture-file", class: "visually-hidden", onchange: () => this.take(input.files) });
+    const input = h("input", { type: "file", accept: "image/*,.svg,.exr,.pnm,.ppm,.pgm,.tif,.tiff", id: "picture-file", class: "visually-hidden", onchange: () => this.take(input.files) });
     const photo = h("input", { type: "file", accept: "image/*", capture: "environment", id: "picture-photo", class: "visually-hidden", onchange: () => this.take(photo.files) });
     const drop = h(
       "div",
@@ -57,6 +62,7 @@ export class PicturePanel {
       h("h2", { id: "picture-title" }, say("picture")),
       drop,
       this.fault,
+      this.offer,
       this.note,
       h("div", { class: "pair" }, h("figure", {}, box, h("figcaption", {}, say("original"))), h("figure", {}, this.light, h("figcaption", {}, say("lightToBe")))),
       this.edits(),
@@ -176,10 +182,52 @@ export class PicturePanel {
     if (!file) return this.tell(say("noFile"));
     const mb = file.size / 1e6;
     if (mb > MOST_MB) return this.tell(say("tooLarge", { name: file.name, mb: mb.toFixed(0), most: MOST_MB }));
+    this.offer.hidden = true;
     try {
-      await this.use(file.name, new Uint8Array(await file.arrayBuffer()));
+      if (/\.svg$/i.test(file.name) || file.type === "image/svg+xml") {
+        // What the library would draw with the fonts of the system, the browser draws with them here.
+        return await this.use(file.name.replace(/\.svg$/i, ".png"), await drawn(file));
+      }
+      const bytes = new Uint8Array(await file.arrayBuffer());
+      const pixels = await pixelsOf(file);
+      if (pixels > MOST_PIXELS) this.offerLess(file.name, bytes, pixels);
+      else await this.use(file.name, bytes);
     } catch (error) {
       this.tell(say("unreadableFile", { why: String(error) }));
+    }
+  }
+
+  /** A large photograph: less of it, or all. */
+  private offerLess(name: string, bytes: Uint8Array, pixels: number): void {
+    const answer = (label: string, id: string, act: () => Promise<void>) => {
+      const take = () => {
+        this.offer.hidden = true;
+        void act();
+      };
+      return h("button", { type: "button", id, onclick: take }, label);
+    };
+    this.offer.hidden = false;
+    this.offer.replaceChildren(
+      h("p", {}, say("large", { name, mp: (pixels / 1e6).toFixed(0) })),
+      answer(say("largeReduce", { px: DRAWN }), "picture-reduce", () => this.reduce(name, bytes)),
+      answer(say("largeKeep"), "picture-keep", () => this.use(name, bytes)),
+    );
+  }
+
+  /** Takes means of its light, where what reads a picture may have changed. */
+  private async reduce(name: string, bytes: Uint8Array): Promise<void> {
+    const { transfer, background, layer } = this.state.settings;
+    const reading = Object.fromEntries(Object.entries({ transfer, background, layer }).filter(([, value]) => value !== undefined));
+    this.note.textContent = say("working");
+    try {
+      await this.engine.put(name, bytes);
+      const less = await this.engine.call<Uint8Array>({ method: "reduced", args: [JSON.stringify({ ...reading, picture: name }), DRAWN] });
+      await this.engine.forget(name);
+      // How the picture is read is in its light now.
+      this.state.set({ transfer: null, background: null, layer: null });
+      await this.use(`${name.replace(/\.[^.]*$/, "")}.${DRAWN}px.png`, less);
+    } catch (fault) {
+      this.tell((fault as Fault).message);
     }
   }
 
@@ -243,6 +291,37 @@ export class PicturePanel {
       if (asked === this.asked && (fault as Fault).kind !== "cancelled") this.tell((fault as Fault).message);
     }
     this.showFrame(cropped(settings.crop, this.whole));
+  }
+}
+
+/** How many pixels a picture has, as far as the browser can read it; 0 where it cannot. */
+async function pixelsOf(file: Blob): Promise<number> {
+  try {
+    const bitmap = await createImageBitmap(file);
+    const pixels = bitmap.width * bitmap.height;
+    bitmap.close();
+    return pixels;
+  } catch {
+    return 0;
+  }
+}
+
+/** An SVG as a PNG, transparent where nothing is drawn. */
+async function drawn(file: Blob): Promise<Uint8Array> {
+  const url = URL.createObjectURL(new Blob([file], { type: "image/svg+xml" }));
+  try {
+    const image = new Image();
+    image.src = url;
+    await image.decode();
+    const [width, height] = [image.naturalWidth || 1, image.naturalHeight || 1];
+    const scale = DRAWN / Math.max(width, height);
+    const canvas = h("canvas", { width: Math.max(1, Math.round(width * scale)), height: Math.max(1, Math.round(height * scale)) });
+    canvas.getContext("2d")?.drawImage(image, 0, 0, canvas.width, canvas.height);
+    const png = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, "image/png"));
+    if (!png) throw new Error(say("noCanvas"));
+    return new Uint8Array(await png.arrayBuffer());
+  } finally {
+    URL.revokeObjectURL(url);
   }
 }
 

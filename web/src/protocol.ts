@@ -48,6 +48,8 @@ export interface Stand {
   window_centre_mm: [number, number];
   light: StandingLight;
   source_radius: [number, number] | null;
+  /** The index at wavelengths, where it is known how the material's follows them. */
+  spectrum: { design_nm: number; first_nm: number; step_nm: number; ior: number[] } | null;
   /** What of the light these numbers do not say. */
   unsaid: string | null;
 }
@@ -100,6 +102,26 @@ export interface Verified {
   file: string;
 }
 
+export interface Ready {
+  verdict: Verified["verdict"];
+  lines: { what: string; passed: boolean; says: string }[];
+  steps: Step[];
+  seen: Step;
+  /** What is off, and the SSIM that it leaves. */
+  faults: [string, number | null][];
+  light: string;
+  order: string;
+  rows: number;
+  minutes: number;
+  pixels: [number, number];
+}
+
+export interface Step {
+  name: string;
+  rel_rms: number | null;
+  ssim: number | null;
+}
+
 export interface Reply<F> {
   facts: F;
   arrays: Record<string, Uint8Array | Float32Array>;
@@ -124,7 +146,9 @@ export type Call =
   | { method: "fault_of"; args: [settings: string] }
   | { method: "read_design"; args: [text: string, name: string] }
   | { method: "put"; args: [name: string, bytes: Uint8Array] }
+  | { method: "forget"; args: [name: string] }
   | { method: "picture"; args: [settings: string, across: number] }
+  | { method: "reduced"; args: [settings: string, across: number] }
   | { method: "draft"; args: [settings: string, nodes: number, pixels: number, mesh: number] }
   | { method: "make"; args: [settings: string, pixels: number, mesh: number] }
   | { method: "heights"; args: [] }
@@ -132,6 +156,9 @@ export type Call =
   | { method: "file"; args: [name: string] }
   | { method: "side_file"; args: [name: string] }
   | { method: "verify"; args: [name: string] }
+  | { method: "report"; args: [title: string] }
+  | { method: "ready"; args: [name: string, asked: string] }
+  | { method: "sheet"; args: [] }
   /** Files of the block and their side file, with others, packed. */
   | { method: "zip"; args: [names: string[], side: string, others: Record<string, Uint8Array>] }
   | { method: "memory"; args: [] }

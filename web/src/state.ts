@@ -17,6 +17,8 @@ export class State {
   private held = false;
   settings: Settings = {};
   picture: Picture | null = null;
+  /** What settings name besides: a lamp, a beam, a speck of light, a mesh. */
+  readonly files = new Map<string, Uint8Array>();
 
   constructor() {
     this.settings = fromHash(location.hash);
@@ -51,6 +53,16 @@ export class State {
     this.past.push(this.settings);
     this.future = [];
     this.settings = { ...settings };
+    this.tell();
+  }
+
+  addFile(name: string, bytes: Uint8Array): void {
+    this.files.set(name, bytes);
+    this.tell();
+  }
+
+  removeFile(name: string): void {
+    this.files.delete(name);
     this.tell();
   }
 

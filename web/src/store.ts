@@ -22,6 +22,12 @@ export async function keepPicture(picture: Picture | null): Promise<void> {
 
 export const keptPicture = (): Promise<Picture | null> => get<Picture>("picture").then((found) => found ?? null).catch(() => null);
 
+export async function keepFiles(files: Map<string, Uint8Array>): Promise<void> {
+  await set("files", [...files]);
+}
+
+export const keptFiles = (): Promise<[string, Uint8Array][]> => get<[string, Uint8Array][]>("files").then((found) => found ?? []).catch(() => []);
+
 export const keptDesigns = (): Promise<KeptDesign[]> => get<KeptDesign[]>("designs").then((found) => found ?? []).catch(() => []);
 
 export async function keepDesign(settings: Settings, picture: Picture, facts: Facts, light: Uint8Array): Promise<void> {

@@ -1,4 +1,5 @@
-// Every word of the page, in both languages. What the library says of pictures, benches and blocks is its own, and English.
+// Every word of the page, in both languages. What the library says of a picture, a bench or a block that it has looked at is its own,
+// and English.
 
 const en = {
   title: "glasswarp",
@@ -80,6 +81,7 @@ const en = {
   poseLightY: "Light from above",
   poseSource: "Size of the light",
   poseIndex: "Index",
+  poseWavelength: "Wavelength",
   resetPose: "As designed",
   selfCheck: "Compare with the verifier",
   selfCheckResult: "relative RMS {error} % at {n} px",
@@ -126,6 +128,31 @@ const en = {
   memory: "The browser could not give the memory that this takes. Take fewer nodes or a smaller picture.",
   noWasm: "This browser cannot run WebAssembly with SIMD, which the solver needs. Any Chrome, Edge, Firefox or Safari of the last years can.",
   picked: "{name}, {nx} × {ny} pixels",
+  fileReport: "Report (HTML)",
+  shop: "Is it ready to be made?",
+  shopHelp: "The STL is read back, checked, milled and polished in simulation, and looked at in the light that there is and on a bench that is a little off.",
+  shopCutter: "Cutter",
+  shopStepOver: "Step-over",
+  shopDirection: "Rows along",
+  shopPolish: "Polish (blur, standard deviation)",
+  shopLight: "Size of the light (sun, 0.5deg, 5mm, none)",
+  shopFeed: "Feed",
+  shopAsk: "Ask",
+  shopSeen: "What the eye will get",
+  shopSteps: "Step by step, in perfect light",
+  shopChecks: "What the cutter and the sheet must do",
+  shopPassed: "yes",
+  shopFailed: "NO",
+  shopFaults: "If something is off, the worst first",
+  shopTime: "{rows} rows, {minutes} minutes of cutting without roughing and acceleration.",
+  shopSheet: "Sheet for maker and shop (HTML, to print)",
+  otherFiles: "Files that settings name",
+  otherFilesHelp: "A lamp (.ies), the picture of a beam or of a speck of light, a caustic mesh (.obj): give the file here, and write its name in its field.",
+  remove: "Remove",
+  large: "{name} has {mp} megapixels: every draft of it takes seconds and gigabytes.",
+  largeReduce: "Reduce its light to {px} pixels",
+  largeKeep: "Take all of it",
+  noCanvas: "The browser cannot draw this picture.",
   footer: "No picture leaves this machine: everything is computed in this page.",
 };
 
@@ -211,6 +238,7 @@ const de: Words = {
   poseLightY: "Licht von oben",
   poseSource: "Größe des Lichts",
   poseIndex: "Brechzahl",
+  poseWavelength: "Wellenlänge",
   resetPose: "Wie entworfen",
   selfCheck: "Mit dem Prüfer vergleichen",
   selfCheckResult: "relativer RMS-Fehler {error} % bei {n} px",
@@ -257,6 +285,31 @@ const de: Words = {
   memory: "Der Browser konnte den nötigen Speicher nicht geben. Nehmen Sie weniger Knoten oder ein kleineres Bild.",
   noWasm: "Dieser Browser kann kein WebAssembly mit SIMD, das der Löser braucht. Jedes Chrome, Edge, Firefox oder Safari der letzten Jahre kann es.",
   picked: "{name}, {nx} × {ny} Pixel",
+  fileReport: "Bericht (HTML)",
+  shop: "Kann man ihn so anfertigen?",
+  shopHelp: "Die STL wird zurückgelesen, geprüft, in der Simulation gefräst und poliert und in dem Licht betrachtet, das es gibt, auch wenn der Aufbau etwas danebenliegt.",
+  shopCutter: "Fräser",
+  shopStepOver: "Zeilenabstand",
+  shopDirection: "Zeilen entlang",
+  shopPolish: "Politur (Unschärfe, Standardabweichung)",
+  shopLight: "Größe des Lichts (sun, 0.5deg, 5mm, none)",
+  shopFeed: "Vorschub",
+  shopAsk: "Fragen",
+  shopSeen: "Was das Auge sehen wird",
+  shopSteps: "Schritt für Schritt, in vollkommenem Licht",
+  shopChecks: "Was Fräser und Platte leisten müssen",
+  shopPassed: "ja",
+  shopFailed: "NEIN",
+  shopFaults: "Wenn etwas danebenliegt, das Schlimmste zuerst",
+  shopTime: "{rows} Zeilen, {minutes} Minuten Fräsen ohne Schruppen und Beschleunigung.",
+  shopSheet: "Blatt für Auftraggeber und Werkstatt (HTML, zum Drucken)",
+  otherFiles: "Dateien, die Einstellungen nennen",
+  otherFilesHelp: "Eine Lampe (.ies), das Bild eines Strahls oder eines Lichtflecks, ein Kaustiknetz (.obj): hier die Datei geben und ihren Namen in ihr Feld schreiben.",
+  remove: "Entfernen",
+  large: "{name} hat {mp} Megapixel: jeder Entwurf damit braucht Sekunden und Gigabytes.",
+  largeReduce: "Sein Licht auf {px} Pixel verkleinern",
+  largeKeep: "Ganz nehmen",
+  noCanvas: "Der Browser kann dieses Bild nicht zeichnen.",
   footer: "Kein Bild verlässt dieses Gerät: alles wird in dieser Seite berechnet.",
 };
 
@@ -275,6 +328,71 @@ const settingsDe: Record<string, string> = {
 };
 const groupsDe: Record<string, string> = {
   Bench: "Aufbau", Light: "Licht", Block: "Block", "Imperfect light": "Unvollkommenes Licht", Picture: "Bild", Solver: "Löser",
+};
+
+/** What settings are, as `glasswarp design --help` says it in English. */
+const hintsDe: Record<string, string> = {
+  size: "Breite des Blocks [Vorgabe: 100mm]. Seine Höhe folgt dem Seitenverhältnis des Bildes.",
+  distance: "Von der gewölbten Fläche zur Wand [Vorgabe: 250mm]. Gezählt von der mittleren Ebene der Austrittsfläche, entlang der Achse.",
+  window: "Breite des Bildes an der Wand, um die Stelle, wohin das Licht eines flachen Blocks fällt; die Höhe folgt dem Bild [Vorgabe: wie dieses Licht, bei parallelem Licht wie der Block].",
+  shift: "Verschiebt das Bild an der Wand nach rechts und oben, vom Block aus gesehen: 25mm,10mm.",
+  "receiver-tilt": "Die Wand lehnt: 20deg nimmt die Oberkante des Bildes weiter weg, 20deg,90deg seine rechte Seite (180 unten, 270 links). Das Bild ist darauf unverzerrt; der Abstand zählt entlang der Achse.",
+  mirror: "Die Fläche ist ein Spiegel, beleuchtet von der Seite der Wand.",
+  ior: "Brechzahl des Blocks [Vorgabe: die des Materials].",
+  wavelength: "Wellenlänge, für die der Block entworfen wird, 400nm bis 700nm: die eines Lasers oder einer farbigen LED [Vorgabe: 587.6nm, für die Kataloge die Brechzahl nennen].",
+  material: "Material: pmma, bk7, … [Vorgabe: pmma]. Gegossenes Acrylglas, wenn nichts anderes gesagt ist; statt seiner kann die Brechzahl genannt werden.",
+  "caustic-mesh": "Zeichnet das Bild, wo dieses Netz aus m × n Vierecken an der Wand liegt, mit allen Falten: eine .obj in mm, deren erste Fläche mit dem Punkt der Blockecke von kleinstem x und y beginnt und entlang +x weitergeht (Löser warping).",
+  light: "Welches Licht es gibt: parallel (von weit her: Sonne, Kollimator) oder point (Taschenlampe, LED, Kerze) [Vorgabe: parallel; point, wenn Abstand oder Abstrahlung einer Lampe genannt sind].",
+  tilt: "Licht von oben: 30deg, oder von einer Seite: 30deg,90deg. Der Winkel zur Achse des Blocks, und woher: ohne Seite von der Oberkante des Bildes, 90deg von rechts, 180deg von unten, 270deg von links [Vorgabe: gerade].",
+  "source-distance": "Von einer Punktlampe zur Mitte der Eintrittsfläche oder des Spiegels [Vorgabe: 500mm].",
+  emission: "Wie eine Punktlampe strahlt, auf die Mitte des Blocks gerichtet: isotropic, lambertian, gaussian:12deg (dort halb so hell) oder eine IES-Datei (.ies) [Vorgabe: isotropic].",
+  beam: "Ein lineares Bild des Lichts auf der Eintrittsfläche oder dem Spiegel, von Rand zu Rand des Blocks und so herum wie das Bild an der Wand: seine Ungleichmäßigkeit wird ausgeglichen.",
+  thickness: "Dicke des Blocks [Vorgabe: nach der Platte]. Von der Eintrittsfläche zum höchsten Punkt der Austrittsfläche; sonst die der dünnsten Normplatte, die das Relief fasst, abzüglich der Planfräszugabe.",
+  facing: "Was von der Platte plangefräst wird, bevor die Fläche entsteht, denn keine Platte ist so dick wie ihr Name: die zu bestellende Platte ist um so viel dicker als der Block [Vorgabe: 0.5mm].",
+  "min-thickness": "Mindestdicke, die der Block überall hat [Vorgabe: 3mm].",
+  skirt: "Die Austrittsfläche geht um so viel über das Licht des Bildes hinaus, damit schräges Licht durch die Eintrittsfläche kommt [Vorgabe: so viel das Licht braucht].",
+  outline: "Umriss des Blocks: rectangle, circle (die Ellipse in seiner Größe) oder rounded:10mm (Radius der Ecken); das Bild bleibt ganz [Vorgabe: rectangle].",
+  nodes: "Höhenknoten über die Breite eines Rechtecks; eine Fläche mit anderem Umriss hat im Ganzen so viele [Vorgabe: zwei je Pixel, 257 bis 1025].",
+  rim: "Ein Rand oder Flansch um die Fläche: 10mm,2mm oder 10mm,-4mm. Breite und Höhe: seine Ebene liegt um die Höhe über dem höchsten Punkt der Fläche; negativ: ein Flansch unter ihr, an dem man den Block spannt [Vorgabe: keiner].",
+  mark: "Passmarke: schneidet diese Länge von der Ecke des Randes an der linken oberen Ecke des Bildes (+x, +y).",
+  origin: "Von wo die Koordinaten der Dateien zählen [Vorgabe: exit].",
+  "step-tolerance": "Größter Abstand der B-Spline-Fläche einer STEP-Datei vom Höhenfeld, etwa 0.05um [Vorgabe: so nah, wie das Bild es braucht].",
+  "source-size": "Größe des Lichts: sun, 0.5deg, 5mm, oder none für einen Laser. Seine Streuung wird ausgeglichen: sun oder 0.53deg für paralleles Licht; 5mm (eine Scheibe) oder 5x3mm für eine Punktlampe.",
+  roughness: "Rauheit der Austrittsfläche, die ausgeglichen wird: Standardabweichung ihrer Neigung in jeder Richtung, als Winkel: 0.1deg.",
+  psf: "Was das Licht sonst streut und ausgeglichen wird: ein lineares Bild des Flecks, den ein Laser durch den Block an die Wand wirft, so herum wie das Bild, und die Größe seiner Pixel dort: speck.png,0.05mm.",
+  deconvolution: "Wie gestreutes Licht ausgeglichen wird [Vorgabe: window].",
+  "deconvolution-rounds": "Runden der Entfaltung, höchstens: weniger lassen mehr Unschärfe und weniger Überschwingen [Vorgabe: 60].",
+  margin: "Teil des Fensters, der an jeder Seite des Bildes dunkel bleibt, 0 bis 0.45 [Vorgabe: 0].",
+  vignette: "Verdunkelt das Bild zum Rand hin: none, circle (dunkel außerhalb der Ellipse darin) oder circle:0.2 (über diesen Teil des Radius auslaufend) [Vorgabe: none].",
+  transfer: "Wie Zahlen im Bild zu Licht werden, was auch immer seine Datei sagt [Vorgabe: wie ihr Profil oder ihre Angaben sagen, sonst srgb; Gleitkommazahlen und OpenEXR linear].",
+  layer: "Die Ebene eines OpenEXR-Bildes oder ein einzelner Kanal [Vorgabe: die einzige mit Farben].",
+  solver: "Wie die Fläche gefunden wird [Vorgabe: transport].",
+  quality: "Wie viel Arbeit der Transportlöser hineinsteckt [Vorgabe: normal].",
+  "min-radius": "Begrenzt die Krümmung der Fläche für einen Fräser mit diesem Radius, auf Kosten von etwas Genauigkeit (Löser transport).",
+  finish: "Eine Fläche, die nach ihrer Politur stimmt: polish=0.1mm. Eine Politur, die Höhen mit dieser Standardabweichung verwischt; auch polish=0.1mm,cutter=ball:d6mm,step-over=0.1mm, und gain=6 begrenzt, wie sehr eine Welle dafür verstärkt wird (Löser transport).",
+};
+const choicesDe: Record<string, string> = {
+  "light.parallel": "Licht von weit her: die Sonne, ein Kollimator",
+  "light.point": "Licht von einer Stelle: Taschenlampe, LED, Kerze",
+  "origin.exit": "Auf der Achse, in der mittleren Ebene der Austrittsfläche",
+  "origin.entry": "Auf der Achse, in der Eintrittsfläche",
+  "origin.stock-top": "Auf der Achse, am höchsten Punkt des Blocks",
+  "origin.corner": "An der Ecke von kleinstem x und y, in der Eintrittsfläche",
+  "deconvolution.window": "Gleicht die Streuung aus; außerhalb des Fensters ist nichts, darum wird sein Rand heller gemacht",
+  "deconvolution.paper": "Wie der Aufsatz: das Bild geht über seinen Rand hinaus und läuft aus",
+  "deconvolution.off": "Für vollkommenes Licht entwerfen und in dem beurteilen, das es gibt",
+  "transfer.srgb": "Für einen Bildschirm kodiert: die Wand sieht aus wie das Bild dort",
+  "transfer.linear": "Schon Licht",
+  "solver.transport": "Transport optischer Wege: der genaueste, und der einzige für wahres Schwarz (Grundlicht 0)",
+  "solver.warping": "Helligkeit verzerren, verbessert: kennt die Höhen, glatt, mit Regelkreis",
+  "solver.warping-paper": "Helligkeit verzerren, wie der Aufsatz es druckt",
+  "quality.draft": "Ein Blick auf das, was kommt, in weit unter einer Sekunde",
+  "quality.normal": "Sekunden",
+  "quality.fine": "Was die Knoten hergeben, in der mehrfachen Zeit",
+  "preset.sunlit-window": "Ein Block in der Sonne, sein Bild auf einer Karte eine Handbreit dahinter",
+  "preset.torch-on-table": "Eine nackte LED hinter einem Block auf dem Tisch",
+  "preset.desk-demo": "Ein aufgeweiteter Laser und ein kleiner Block auf einem Schreibtisch",
+  "preset.wall-mirror": "Eine polierte Fläche, die Sonnenlicht an eine nahe Wand wirft",
 };
 
 export type Language = "en" | "de";
@@ -298,6 +416,10 @@ export function settingName(name: string): string {
   const own = name.replaceAll("-", " ");
   return language === "de" ? (settingsDe[name] ?? own) : own.charAt(0).toUpperCase() + own.slice(1);
 }
+
+/** What a setting, or one of its choices, means: in the library's words, or in German. A flag is the name of its setting here. */
+export const hintOf = (setting: string, help: string): string => (language === "de" ? (hintsDe[setting] ?? help) : help.replace(/--([a-z][a-z-]*)/g, (_, name: string) => settingName(name)));
+export const choiceHint = (setting: string, choice: string, help: string): string => (language === "de" ? (choicesDe[`${setting}.${choice}`] ?? help) : help);
 
 export const groupName = (name: string): string => (language === "de" ? (groupsDe[name] ?? name) : name);
 

@@ -20,7 +20,7 @@ declare module "*/photons.js" {
     source_radius: [number, number];
   }
 
-  export type SliderName = "distance" | "wallTilt" | "blockTilt" | "lightX" | "lightY" | "source" | "index";
+  export type SliderName = "distance" | "wallTilt" | "blockTilt" | "lightX" | "lightY" | "source" | "index" | "wavelength";
 
   export interface Slider {
     name: SliderName;

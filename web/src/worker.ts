@@ -45,8 +45,12 @@ function answer(id: number, call: Call): unknown {
       return read_design(...call.args);
     case "put":
       return studio.put(...call.args);
+    case "forget":
+      return studio.forget(...call.args);
     case "picture":
       return studio.picture(...call.args);
+    case "reduced":
+      return studio.reduced(...call.args);
     case "draft":
       return studio.draft(...call.args, listener(id));
     case "make":
@@ -61,6 +65,12 @@ function answer(id: number, call: Call): unknown {
       return studio.side_file(...call.args);
     case "verify":
       return studio.verify(...call.args, listener(id));
+    case "report":
+      return studio.report(...call.args);
+    case "ready":
+      return studio.ready(...call.args, listener(id));
+    case "sheet":
+      return studio.sheet();
     case "zip":
       return zipped(...call.args);
     case "memory":

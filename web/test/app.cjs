@@ -120,6 +120,81 @@ async function makeAndDownload(page, nodes, path) {
   return { seconds, rel_rms: await value("rel_rms"), ssim: await value("ssim") };
 }
 
+/** Asks whether the block is ready; says what `glasswarp ready` should say too. */
+async function ready(page, path) {
+  await page.$eval("#shop-polish", (field) => (field.value = "0.1mm"));
+  // What is no cutter is told, and nothing is lost.
+  await page.$eval("#shop-cutter", (field) => (field.value = "spoon:d6mm"));
+  await page.click("#ready");
+  await page.waitForFunction(() => /cutter/.test(document.getElementById("ready-fault").textContent));
+  await page.$eval("#shop-cutter", (field) => (field.value = "ball:d6mm"));
+  await page.click("#ready");
+  await page.waitForSelector("#ready-verdict");
+  assert.equal(await page.$eval("#ready-fault", (element) => element.hidden), true);
+  await page.waitForFunction(() => document.getElementById("ready-cancel").hidden);
+  await page.click('[data-file="sheet"]');
+  await downloaded(join(path, "camera.ready.html"));
+  await page.click('[data-file="report"]');
+  await downloaded(join(path, "camera.report.html"));
+  const rows = (id) => page.$$eval(`${id} tr`, (rows) => rows.map((row) => [...row.children].map((cell) => cell.textContent)));
+  return { answer: await page.$eval("#ready-verdict", (element) => element.dataset.answer), concerns: await rows("#ready-concerns"), checks: await rows("#ready-checks"), steps: (await page.$$("#ready-steps figure")).length };
+}
+
+/** The pages that were made show what they say without an error, as files do. */
+async function pages(browser, path) {
+  for (const name of ["camera.report.html", "camera.ready.html"]) {
+    const url = pathToFileURL(join(path, name)).href;
+    const { page, faults } = await open(browser, url);
+    await page.goto(url);
+    assert.match(await page.evaluate(() => document.body.textContent), /camera[^]*Will it work\?/);
+    assert.deepEqual(faults, [], name);
+    await page.close();
+  }
+}
+
+/** A file for an input of the page. */
+async function give(page, input, name, text) {
+  await page.$eval(input, (input, name, text) => {
+    const data = new DataTransfer();
+    data.items.add(new File([text], name));
+    input.files = data.files;
+    input.dispatchEvent(new Event("change", { bubbles: true }));
+  }, name, text);
+}
+
+/** Pictures that the browser draws, or that are too large, and files that settings name. */
+async function otherFiles(page) {
+  let before = await drafts(page);
+  const drawing = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 30 20" width="30" height="20"><circle cx="15" cy="10" r="7" fill="white" stroke="black"/></svg>';
+  await drop(page, Buffer.from(drawing).toString("base64"), "ring.svg", "image/svg+xml");
+  await page.waitForFunction(() => /ring\.png, 2048 × 1365/.test(document.querySelector("#picture-title").parentElement.textContent));
+  await draftAfter(page, before);
+  before = await drafts(page);
+  const large = await page.evaluate(() => {
+    const canvas = Object.assign(document.createElement("canvas"), { width: 4200, height: 3000 });
+    const context = canvas.getContext("2d");
+    for (let k = 0; k < 42; k++) context.fillStyle = `rgb(${6 * k} ${6 * k} ${6 * k})`, context.fillRect(100 * k, 0, 100, 3000);
+    return canvas.toDataURL("image/png").split(",")[1];
+  });
+  await drop(page, large, "ramp.png", "image/png");
+  await page.waitForSelector("#picture-offer:not([hidden]) #picture-reduce");
+  await page.click("#picture-reduce");
+  await page.waitForFunction(() => /ramp\.2048px\.png, 2048 × 1463/.test(document.querySelector("#picture-title").parentElement.textContent));
+  await draftAfter(page, before);
+  before = await drafts(page);
+  await page.evaluate(() => { document.getElementById("more-settings").open = true; });
+  await give(page, "#other-files", "lamp.ies", "IESNA:LM-63-2002\nTILT=NONE\n1 100 1 4 1 1 2 0 0 0\n1 1 1\n0 10 20 40\n0\n100 90 60 5\n");
+  await page.waitForFunction(() => /lamp\.ies/.test(document.getElementById("other-file-list").textContent));
+  await page.select("#setting-light", "point");
+  await page.waitForFunction(() => /light=point/.test(location.hash));
+  await page.type("#setting-emission", "lamp.ies\n");
+  await page.waitForFunction(() => /emission=lamp\.ies/.test(location.hash));
+  await page.waitForFunction(() => /IES/.test(document.getElementById("moving-note").textContent));
+  assert.equal(await page.$eval("#draft-fault", (element) => element.hidden), true, await text(page, "#draft-fault"));
+  await page.evaluate(() => { location.hash = ""; });
+  await page.waitForFunction(() => document.getElementById("moving-note").textContent === "");
+}
+
 async function cancelled(page) {
   await make(page, 1025);
   await page.waitForFunction(() => /\d+\/\d+/.test(document.getElementById("make-status").textContent));
@@ -133,7 +208,7 @@ async function cancelled(page) {
 /** What the moving light differs from the verifier by, in five poses of everything that can be moved. */
 async function poses(page) {
   const errors = [];
-  for (const pose of [{}, { distance: 275 }, { wallTilt: 12, lightX: 1.5 }, { blockTilt: 4, lightY: -3 }, { index: 1.51, distance: 230, wallTilt: -8 }]) {
+  for (const pose of [{}, { distance: 275 }, { wallTilt: 12, lightX: 1.5 }, { blockTilt: 4, lightY: -3 }, { index: 1.51, distance: 230, wallTilt: -8, wavelength: 450 }]) {
     await page.click("#pose-reset");
     for (const [name, value] of Object.entries(pose)) await slide(page, `#pose-${name}`, value);
     const before = await page.$eval("#moving-note", (note) => (note.textContent = "") || note.textContent);
@@ -223,6 +298,8 @@ async function hosted(browser) {
   found.block = await makeAndDownload(page, 257, join(folder, "hosted"));
   await page.click('[data-file="zip"]');
   found.zip_bytes = await downloaded(join(folder, "hosted", "camera.zip"));
+  found.ready = await ready(page, join(folder, "hosted"));
+  await pages(browser, join(folder, "hosted"));
   found.cancel_ms = await cancelled(page);
 
   // Nothing is lost but the run.
@@ -238,8 +315,14 @@ async function hosted(browser) {
   await server.close();
   await page.reload();
   await draftAfter(page, 0);
+  await otherFiles(page);
+  const words = () => page.$$eval("#bench-title ~ * .hint, #bench-title ~ * .setting label, #bench-title ~ * .setting option", (all) => all.map((one) => one.textContent).filter((text) => / .* /.test(text)));
+  const english = new Set(await words());
   await page.click("#language");
   await page.waitForFunction(() => document.documentElement.lang === "de" && document.getElementById("undo")?.textContent === "Rückgängig");
+  // Names of materials are what suppliers call them.
+  const untranslated = (await words()).filter((text) => english.has(text) && !/, n = /.test(text));
+  assert.deepEqual(untranslated, []);
   assert.deepEqual(faults, []);
   await page.close();
   return found;

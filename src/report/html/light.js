@@ -26,7 +26,7 @@
 
   const names = {
     distance: "Receiver at", wallTilt: "Receiver turned", blockTilt: "Block turned", lightX: "Light from the right", lightY: "Light from above",
-    source: "Size of the light", index: "Refractive index",
+    source: "Size of the light", index: "Refractive index", wavelength: "Wavelength",
   };
   const sliders = slidersOf(stand);
   const inputs = new Map();

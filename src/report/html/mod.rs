@@ -6,6 +6,7 @@
 //! says in words is said by whoever fills it.
 
 mod convergence;
+#[cfg(feature = "cli")]
 mod coupon;
 mod data;
 mod figure;
@@ -17,12 +18,12 @@ mod section;
 mod sheet;
 mod still;
 
+#[cfg(feature = "cli")]
 pub use coupon::{CouponSheet, ReadingRule, coupon_html};
 pub use page::{Facts, FileRecord, Highlight, Model, MovingLight, Page, TrafficLight, View};
-pub use sheet::{ReadySheet, write_ready_sheet};
+pub use sheet::{ReadySheet, ready_sheet};
 
 use crate::{
-    export::{WriteError, write_atomically},
     report::{
         budget::{Cost, CostErrors, budget_chart, rounded},
         isocontours::contour_interval_mm,
@@ -37,17 +38,7 @@ use maps::ColourMap;
 use rayon::prelude::*;
 use rays::RayFan;
 use section::{Across, section};
-use std::{io::Write, path::Path};
 use still::Still;
-
-/// Writes the page. The file appears whole or not at all.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_html(path: &Path, page: &Page<'_>) -> Result<(), WriteError> {
-    let text = render(page);
-    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
-}
 
 /// The page as text.
 pub fn render(page: &Page<'_>) -> String {
@@ -87,7 +78,7 @@ pub fn render(page: &Page<'_>) -> String {
         difference,
         others: std::iter::from_fn(|| figures.next().zip(figures.next())).collect(),
         face,
-        moving: page.moving.as_ref().map(data::script_json),
+        moving: page.moving.as_ref().map(data::script_json).map_err(|&unsaid| unsaid),
         scene,
         still,
         sections: [Across::X, Across::Y].map(|across| section(model, &spline, &fan, across)).into(),
@@ -120,7 +111,7 @@ struct Whole<'a> {
     others: Vec<(Figure, Figure)>,
     face: FaceFigures,
     /// The light that moves, and the model, as JSON.
-    moving: Option<String>,
+    moving: Result<String, &'static str>,
     scene: String,
     still: Still,
     /// Drawings as elements.

@@ -32,8 +32,8 @@ pub struct Page<'a> {
     pub target: Option<View>,
     /// What the eye gets: the light on the receiver.
     pub caustic: View,
-    /// The same light, to be moved by hand; none where the numbers of a stand do not say all of it.
-    pub moving: Option<MovingLight>,
+    /// The same light, to be moved by hand, or what of it the numbers of a stand do not say.
+    pub moving: Result<MovingLight, &'static str>,
     /// What the maker must know, in groups: what to order, where it stands.
     pub maker: Vec<Facts>,
     /// How far target and light are apart.
@@ -91,9 +91,12 @@ pub struct MovingLight {
 
 impl MovingLight {
     /// In this exposure, if the stand says all of the light.
-    pub fn of(stand: Stand, exposure: Exposure) -> Option<Self> {
+    ///
+    /// # Errors
+    /// What it does not say.
+    pub fn of(stand: Stand, exposure: Exposure) -> Result<Self, &'static str> {
         let linear = exposure.transfer == Transfer::Linear;
-        stand.unsaid.is_none().then_some(Self { stand, white: exposure.white, linear })
+        stand.unsaid.map_or(Ok(Self { stand, white: exposure.white, linear }), Err)
     }
 }
 

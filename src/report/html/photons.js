@@ -53,7 +53,19 @@ function slidersOf(stand) {
     slider("lightY", -30, 30, 0.1, 1, "°", 0),
     isPoint ? slider("source", 0, 40, 0.1, 1, "mm", 2 * radius) : slider("source", 0, 2, 0.01, 2, "°", (2 * radius) / DEGREE),
     ...(ior === null ? [] : [slider("index", 1.3, 1.8, 0.001, 3, "", ior)]),
+    ...(stand.spectrum === null ? [] : [wavelengthSlider(stand.spectrum)]),
   ];
+}
+
+function wavelengthSlider({ design_nm, first_nm, step_nm, ior }) {
+  return { name: "wavelength", min: first_nm, max: first_nm + step_nm * (ior.length - 1), step: 1, digits: 0, unit: "nm", value: design_nm };
+}
+
+/** The index of the material at a wavelength. */
+function indexAt({ first_nm, step_nm, ior }, nm) {
+  const at = Math.min(ior.length - 1.000001, Math.max(0, (nm - first_nm) / step_nm));
+  const k = Math.floor(at);
+  return ior[k] + (at - k) * (ior[k + 1] - ior[k]);
 }
 
 /** The pose of these values, by the names of sliders. */
@@ -63,6 +75,11 @@ function poseOf(stand, values) {
   const near = (value, design, step) => (Math.abs(value - design) <= 0.51 * step ? design : value);
   pose.distance_mm = near(values.distance, stand.distance_mm, 1);
   if (stand.ior !== null) pose.ior = near(values.index, stand.ior, 0.001);
+  if (stand.spectrum !== null) {
+    const { design_nm } = stand.spectrum;
+    const nm = near(values.wavelength, design_nm, 1);
+    if (nm !== design_nm) pose.ior += indexAt(stand.spectrum, nm) - indexAt(stand.spectrum, design_nm);
+  }
   pose.receiver_turned = [stand.receiver_turned[0] - values.wallTilt * DEGREE, stand.receiver_turned[1], stand.receiver_turned[2]];
   pose.block_turned = [values.blockTilt * DEGREE, 0, 0];
   const [aside, above] = [values.lightX * DEGREE, values.lightY * DEGREE];

@@ -5,12 +5,8 @@ use super::{
     figure::{Figure, Sheet},
     page::{Facts, FileRecord, TrafficLight, View},
 };
-use crate::{
-    export::{WriteError, write_atomically},
-    report::drawing::Drawing,
-};
+use crate::report::drawing::Drawing;
 use askama::Template;
-use std::{io::Write, path::Path};
 
 /// Everything on the sheet.
 #[derive(Clone, Debug)]
@@ -47,14 +43,10 @@ struct Whole<'a> {
 /// Longer side of a picture on the sheet, pixels, at most.
 const PICTURE_PX: u32 = 480;
 
-/// Writes the sheet. The file appears whole or not at all.
-///
-/// # Errors
-/// A file that cannot be written.
-pub fn write_ready_sheet(path: &Path, page: &ReadySheet) -> Result<(), WriteError> {
+/// The sheet as text.
+pub fn ready_sheet(page: &ReadySheet) -> String {
     let figures = page.pictures.iter().map(|view| Figure::of(view, PICTURE_PX)).collect();
     let whole = Whole { page, figures, drawing: Sheet::of(&page.drawing), style: include_str!("sheet.css") };
     // Writing to a string cannot fail, and nothing in the template does.
-    let text = whole.render().unwrap_or_else(|error| format!("<!doctype html><title>{error}</title>"));
-    write_atomically(path, |writer| writer.write_all(text.as_bytes()))
+    whole.render().unwrap_or_else(|error| format!("<!doctype html><title>{error}</title>"))
 }

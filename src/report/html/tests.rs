@@ -77,7 +77,7 @@ impl Sample {
             model: self.model(),
             target: Some(view("Target")),
             caustic: view("Light"),
-            moving: None,
+            moving: Err("the lamp"),
             maker: vec![Facts { title: "Stock to order".into(), rows: vec![("sheet".into(), "12 mm".into())] }],
             difference: Some(view("Difference")),
             others: vec![(view("on the plane"), view("its difference"))],

@@ -105,7 +105,7 @@ pub(crate) fn difference_view(wanted: &Field<f64>, light: &Field<f64>, exposure:
 }
 
 /// How the light of a block is shown as a picture where this light is to be seen.
-pub(crate) fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
+pub fn exposure_of(target: &TargetIrradiance, piece: &Workpiece) -> Exposure {
     let transfer = piece.side.design.transfer.map(Transfer::from);
     Exposure::of(target, transfer.unwrap_or(Transfer::Srgb))
 }
@@ -231,7 +231,7 @@ pub(crate) fn moving_light(
     scene: &Scene,
     settings: &Settings,
     exposure: Exposure,
-) -> Option<MovingLight> {
+) -> Result<MovingLight, &'static str> {
     MovingLight::of(Stand::of_design(solid, scene, settings), exposure)
 }
 
@@ -277,7 +277,7 @@ pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<Strin
 }
 
 /// What a file of this name is.
-pub(crate) fn kind(path: &Path) -> &'static str {
+pub fn kind_of_file(path: &Path) -> &'static str {
     match (Format::from_path(path), HeightMapFormat::from_path(path)) {
         (Ok(Format::Stl), _) => "mesh, mm, z up",
         (Ok(Format::Obj), _) => "mesh with normals, mm, z up",

@@ -2,9 +2,7 @@
 
 use super::common::{mm, program, row};
 use crate::{
-    export::write_atomically,
     fabricate::{Pass, Scallop},
-    failure::Failure,
     report::{
         coupon::{SHEET_MM, coupon_bench, coupon_face, coupon_sheet},
         html::{CouponSheet, Facts, ReadingRule, View, coupon_html},
@@ -14,7 +12,6 @@ use crate::{
 use glam::DVec2;
 use glasswarp_verify::Image;
 use image::{GrayImage, Luma};
-use std::{io::Write as _, path::Path};
 
 /// A coupon, and how it looks after some work on it.
 pub(crate) struct CouponPage<'a> {
@@ -27,10 +24,9 @@ pub(crate) struct CouponPage<'a> {
 }
 
 impl CouponPage<'_> {
-    /// Writes the page.
-    pub(crate) fn write(&self, output: &Path) -> Result<(), Failure> {
-        let text = coupon_html(&self.page());
-        write_atomically(output, |out| out.write_all(text.as_bytes())).map_err(Failure::writing)
+    /// The page by which it is read.
+    pub(crate) fn html(&self) -> String {
+        coupon_html(&self.page())
     }
 
     fn page(&self) -> CouponSheet {

@@ -1,4 +1,4 @@
-//! The report of a design, and the pictures that are drawn of it.
+//! The report of a design.
 
 use super::common::{
     bench_facts, costs, difference_view, error_highlight, face_rows, highlight, in_words, judgement_facts,
@@ -7,46 +7,44 @@ use super::common::{
 };
 use crate::{
     fabricate::FaceShape,
-    failure::Failure,
     grid::Field,
     irradiance::to_picture_order,
     pipeline::DesignedBlock,
     report::{
-        budget::budget_sheet,
         drawing::Drawing,
-        html::{Facts, FileRecord, Highlight, Page, View, write_html},
+        html::{Facts, FileRecord, Highlight, Page, View, render},
         isocontours::Isocontours,
-        pictures::{Exposure, difference_picture, irradiance_picture},
-        sheet::panel,
+        pictures::Exposure,
     },
-    spec::{Settings, name_of},
+    spec::name_of,
     study::{
-        budget::BudgetStep,
         design::Plan,
         judge,
         order::StockOrder,
         verdict::{Verdict, seen_in_words},
-        verification::{DesignVerification, Seen},
+        verification::DesignVerification,
     },
     surface::SurfaceSpline,
 };
-use glasswarp_verify::Image;
-use image::GrayImage;
-use rayon::prelude::*;
-use std::{path::Path, time::Duration};
+use std::time::Duration;
 
 const WHAT_THE_EYE_GETS: &str = "What the eye gets";
 
 /// What is drawn of a block alone: nothing of it waits for a file.
-pub(crate) struct BlockDrawings {
-    pub(crate) shape: FaceShape,
-    pub(crate) drawing: Drawing,
-    pub(crate) order: StockOrder,
-    pub(crate) contours: Isocontours,
+pub struct BlockDrawings {
+    /// What the face asks of a cutter.
+    pub shape: FaceShape,
+    /// With dimensions.
+    pub drawing: Drawing,
+    /// What to order.
+    pub order: StockOrder,
+    /// Lines of equal height.
+    pub contours: Isocontours,
 }
 
 impl BlockDrawings {
-    pub(crate) fn of(block: &DesignedBlock, plan: &Plan) -> Self {
+    /// Those of a block.
+    pub fn of(block: &DesignedBlock, plan: &Plan) -> Self {
         let order = StockOrder::of_design(&block.solid, &plan.settings);
         let notes = order.notes();
         let (solid, surface) = (&block.solid, block.solid.surface());
@@ -60,32 +58,36 @@ impl BlockDrawings {
 }
 
 /// Everything that a design's report is made of.
-pub(crate) struct DesignPage<'a> {
-    pub(crate) plan: &'a Plan,
+pub struct DesignPage<'a> {
+    /// What was asked for.
+    pub plan: &'a Plan,
     /// The name of the block.
-    pub(crate) title: String,
+    pub title: String,
     /// The name and hash of the picture.
-    pub(crate) picture: (String, String),
+    pub picture: (String, String),
     /// The files.
-    pub(crate) files: Vec<FileRecord>,
+    pub files: Vec<FileRecord>,
     /// The command that made it.
-    pub(crate) command: String,
-    pub(crate) block: &'a DesignedBlock,
-    pub(crate) drawings: &'a BlockDrawings,
+    pub command: String,
+    /// The block.
+    pub block: &'a DesignedBlock,
+    /// What is drawn of it.
+    pub drawings: &'a BlockDrawings,
     /// What the verifier says, unless it was not asked.
-    pub(crate) verification: Option<&'a DesignVerification<'a>>,
+    pub verification: Option<&'a DesignVerification<'a>>,
     /// Whether it will work.
-    pub(crate) verdict: &'a Verdict,
+    pub verdict: &'a Verdict,
     /// Settings in messages as a person writes them.
-    pub(crate) in_flags: fn(&str) -> String,
+    pub in_flags: fn(&str) -> String,
     /// What there is to say of the files.
-    pub(crate) notes: &'a [String],
-    pub(crate) solved: Duration,
+    pub notes: &'a [String],
+    /// What the solver took.
+    pub solved: Duration,
 }
 
 impl DesignPage<'_> {
-    /// Writes the report.
-    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
+    /// The report, a page of HTML.
+    pub fn html(&self) -> String {
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
         let BlockDrawings { shape, drawing, order, contours } = self.drawings;
@@ -128,7 +130,7 @@ impl DesignPage<'_> {
             command: self.command.clone(),
             program: program(),
         };
-        write_html(path, &page).map_err(Failure::writing)
+        render(&page)
     }
 
     /// The picture and what the eye gets of it, in picture order: by the verifier, or the solver's
@@ -285,78 +287,4 @@ impl DesignPage<'_> {
         facts.push(Facts { title: "Solver".into(), rows: solver });
         facts
     }
-}
-
-/// The pictures that are drawn of a design with these settings, by their names behind that of the
-/// first output.
-pub(crate) fn pictures(settings: &Settings, verified: bool) -> Vec<&'static str> {
-    if !verified {
-        return vec![WEAKNESS];
-    }
-    let otherwise = settings.finish.is_some() || settings.has_spread();
-    ALWAYS.into_iter().chain(otherwise.then_some(PERFECT)).collect()
-}
-
-/// What is drawn of every design that is judged.
-const ALWAYS: [&str; 6] = ["panel", "caustic", "difference", "budget", "contours", "drawing"];
-/// As designed, in perfect light, where that is not what the eye gets.
-const PERFECT: &str = "perfect";
-/// Of a design that is not judged.
-pub(crate) const WEAKNESS: &str = "weakness";
-
-/// Draws a design that was judged: the panel of picture, what the eye gets, and the difference; that
-/// light alone; the difference; the error budget; the isocontours of the exit face; the block with its
-/// dimensions; and where the eye gets something else than perfect light through the face as designed,
-/// a panel of that. Every picture is given to `write` with its kind.
-///
-/// # Errors
-/// Those of `write`.
-pub(crate) fn draw<T: Send>(
-    plan: &Plan,
-    verification: &DesignVerification<'_>,
-    drawings: &BlockDrawings,
-    write: impl Fn(&'static str, &GrayImage) -> Result<T, Failure> + Sync,
-) -> Result<Vec<T>, Failure> {
-    let exposure = |target| Exposure::of(target, plan.transfer.into());
-    let (seen, perfect) = (exposure(&plan.requirements.perceived), exposure(&plan.target));
-    let judgement = &verification.judgement;
-    let error = judgement.picture.as_ref().map_or(f64::NAN, |picture| picture.metrics.rel_rms);
-    let in_perfect_light = [&verification.target, &judgement.caustic].map(judge::field_of);
-    let ([target, caustic], note) = match &verification.seen {
-        Some(Seen { likeness, what, image, target }) => {
-            ([target, image].map(judge::field_of), format!("relative RMS {:.4}{what}", likeness.rel_rms))
-        }
-        None => (in_perfect_light.clone(), format!("relative RMS {error:.4}")),
-    };
-    type Draw<'a> = Box<dyn Fn() -> GrayImage + Sync + 'a>;
-    let always: [Draw; ALWAYS.len()] = [
-        Box::new(|| panel(&target, &caustic, seen, &note)),
-        Box::new(|| irradiance_picture(&caustic, seen)),
-        Box::new(|| difference_picture(&target, &caustic, seen)),
-        Box::new(|| steps_sheet(&verification.steps, &verification.target, perfect)),
-        Box::new(|| drawings.contours.sheet()),
-        Box::new(|| drawings.drawing.sheet().raster()),
-    ];
-    let mut pictures: Vec<(&str, Draw)> = ALWAYS.into_iter().zip(always).collect();
-    if verification.is_seen_otherwise() {
-        let [target, light] = &in_perfect_light;
-        let note = format!("relative RMS {error:.4}, as designed, in perfect light");
-        pictures.push((PERFECT, Box::new(move || panel(target, light, perfect, &note))));
-    }
-    pictures.par_iter().map(|(kind, draw)| write(kind, &draw())).collect()
-}
-
-/// The solver's own view of where the light will be wrong, if it has one.
-pub(crate) fn weakness(plan: &Plan, block: &DesignedBlock) -> Option<GrayImage> {
-    let light = block.light.first()?;
-    let exposure = Exposure::of(&plan.target, plan.transfer.into());
-    let target = plan.target.resampled(light.nx(), light.ny());
-    Some(difference_picture(&to_picture_order(target.cells()), &to_picture_order(light), exposure))
-}
-
-/// The steps of an error budget as a sheet of bars and small pictures.
-fn steps_sheet(steps: &[BudgetStep], target: &Image, exposure: Exposure) -> GrayImage {
-    let lights = steps.iter().map(|step| step.traced.as_ref().map(|traced| judge::field_of(&traced.image)));
-    let rows: Vec<_> = costs(steps).into_iter().zip(lights).collect();
-    budget_sheet(&judge::field_of(target), &rows, exposure)
 }

@@ -13,7 +13,7 @@ use crate::{
     record::SideFile,
     report::{
         budget::{Cost, CostErrors},
-        html::{Facts, FileRecord, Highlight, Model, MovingLight, Page, TrafficLight, View, write_html},
+        html::{Facts, FileRecord, Highlight, Model, MovingLight, Page, TrafficLight, View, render},
         isocontours::Isocontours,
         pictures::Exposure,
     },
@@ -34,7 +34,6 @@ use glasswarp_verify::{
     Scene,
     metrics::{self, Likeness, Metrics},
 };
-use std::path::Path;
 
 /// What is said of a block from a file.
 pub(crate) struct FoundPage<'a> {
@@ -184,8 +183,11 @@ impl<'a> FoundPage<'a> {
         })
     }
 
-    /// Writes the report.
-    pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
+    /// The report, a page of HTML.
+    ///
+    /// # Errors
+    /// A bench that cannot be.
+    pub(crate) fn html(self) -> Result<String, Failure> {
         let face = self.surface.extent();
         let drawing = self.side.map_or(face, |side| Extent::new(side.bench.width_mm, side.bench.height_mm));
         let bench = drawn_bench(&self.scene, drawing, self.entry_z_mm)?;
@@ -251,7 +253,7 @@ impl<'a> FoundPage<'a> {
             command: self.command,
             program: program(),
         };
-        write_html(path, &page).map_err(Failure::writing)
+        Ok(render(&page))
     }
 
     fn highlights(&self, bench: &Bench) -> Vec<Highlight> {

@@ -3,9 +3,9 @@
 use crate::{
     fabricate::{Cutter, FaceShape},
     report::{
-        axes::{FROM_ABOVE, ON_THE_WALL},
+        axes::FROM_ABOVE,
         pictures::{Exposure, difference_picture, irradiance_picture},
-        sheet::{Captioned, Row, contact_sheet, map as map_of, stacked, table_of_pictures},
+        sheet::{Captioned, ON_THE_WALL, Row, contact_sheet, map as map_of, stacked, table_of_pictures},
         svg::Svg,
     },
     study::{

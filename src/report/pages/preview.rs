@@ -6,11 +6,10 @@ use super::common::{
 };
 use crate::{
     fabricate::FaceShape,
-    failure::Failure,
     grid::Field,
     pipeline::DesignedBlock,
     report::{
-        html::{Facts, Page, write_html},
+        html::{Facts, Page, render},
         isocontours::Isocontours,
         pictures::Exposure,
         sheet::panel,
@@ -22,7 +21,6 @@ use crate::{
     },
 };
 use image::GrayImage;
-use std::path::Path;
 
 /// A draft, and the light that it casts.
 pub(crate) struct PreviewPage<'a> {
@@ -48,8 +46,8 @@ impl PreviewPage<'_> {
         panel(&target, &light, exposure, &format!("draft (relative RMS {:.4})", self.view.metrics.rel_rms))
     }
 
-    /// Writes the page to turn the block on.
-    pub(crate) fn write(&self, output: &Path) -> Result<(), Failure> {
+    /// The page to turn the block on.
+    pub(crate) fn html(&self) -> String {
         let (target, light, exposure) = self.lights();
         let (plan, block) = (self.plan, self.block);
         let (solid, bench) = (&block.solid, &plan.bench);
@@ -101,7 +99,7 @@ impl PreviewPage<'_> {
             command: self.command.clone(),
             program: program(),
         };
-        write_html(output, &page).map_err(Failure::writing)
+        render(&page)
     }
 
     /// What a draft warns of.

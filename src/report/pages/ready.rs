@@ -2,10 +2,9 @@
 
 use super::common::{light_of, light_view, mm, program, row, stock_facts, target_view, traffic_light};
 use crate::{
-    failure::Failure,
     report::{
         drawing::Drawing,
-        html::{Facts, FileRecord, ReadySheet, write_ready_sheet},
+        html::{Facts, FileRecord, ReadySheet, ready_sheet},
         pictures::Exposure,
     },
     spec::Feed,
@@ -17,31 +16,35 @@ use crate::{
         workpiece::Workpiece,
     },
 };
-use std::path::Path;
 
 /// What the sheet is made of.
-pub(crate) struct ReadyPage<'a> {
+pub struct ReadyPage<'a> {
     /// The name of the block.
-    pub(crate) title: String,
-    pub(crate) study: &'a ReadyStudy,
-    pub(crate) piece: &'a Workpiece,
-    pub(crate) shop: &'a Shop,
+    pub title: String,
+    /// What was found out.
+    pub study: &'a ReadyStudy,
+    /// Of this block.
+    pub piece: &'a Workpiece,
+    /// In this shop.
+    pub shop: &'a Shop,
     /// Of the cutter.
-    pub(crate) feed: Feed,
-    pub(crate) exposure: Exposure,
+    pub feed: Feed,
+    /// How its light is shown.
+    pub exposure: Exposure,
     /// What to send.
-    pub(crate) files: Vec<FileRecord>,
-    pub(crate) command: String,
+    pub files: Vec<FileRecord>,
+    /// The command that made it.
+    pub command: String,
     /// Settings in messages as a person writes them.
-    pub(crate) in_flags: fn(&str) -> String,
+    pub in_flags: fn(&str) -> String,
 }
 
 /// Faults of the bench that are listed, at most: the worst.
 const MOST_FAULTS: usize = 6;
 
 impl ReadyPage<'_> {
-    /// Writes the sheet.
-    pub(crate) fn write(self, path: &Path) -> Result<(), Failure> {
+    /// The sheet, a page of HTML.
+    pub fn html(self) -> String {
         let (study, piece) = (self.study, self.piece);
         let (seen, target) = &study.seen;
         let note = format!(
@@ -67,7 +70,7 @@ impl ReadyPage<'_> {
             command: self.command,
             program: program(),
         };
-        write_ready_sheet(path, &page).map_err(Failure::writing)
+        ready_sheet(&page)
     }
 
     fn facts(&self) -> Vec<Facts> {

@@ -4,9 +4,11 @@ use crate::made::Made;
 use glasswarp::{
     export::{Format, HeightMap, HeightMapFormat, choose_net, write_step},
     failure::Failure,
+    grid::Field,
     spec::Host,
     study::side_record::{height_map_entries, side_file_of_design},
 };
+use png::{BitDepth, ColorType, Encoder, EncodingError, ScaledFloat};
 use sha2::{Digest, Sha256};
 use std::{collections::BTreeMap, path::Path};
 
@@ -31,6 +33,26 @@ impl Kind {
             Err(_) => Format::from_path(path).map(Self::Solid).map_err(Failure::refused),
         }
     }
+}
+
+/// Light as a picture that says that it is linear: grey, 16 bits. `light` in picture order.
+///
+/// # Errors
+/// None: memory is all that it writes to.
+pub(crate) fn light_png(light: &Field<f64>) -> Result<Vec<u8>, Failure> {
+    let (_, brightest) = light.min_max();
+    let written = |bytes: &mut Vec<u8>| -> Result<(), EncodingError> {
+        let mut encoder = Encoder::new(bytes, light.nx() as u32, light.ny() as u32);
+        encoder.set_color(ColorType::Grayscale);
+        encoder.set_depth(BitDepth::Sixteen);
+        encoder.set_source_gamma(ScaledFloat::new(1.0));
+        let level = |&value: &f64| (65535.0 * value / brightest).round() as u16;
+        let levels: Vec<u8> = light.as_slice().iter().flat_map(|value| level(value).to_be_bytes()).collect();
+        encoder.write_header()?.write_image_data(&levels)
+    };
+    let mut bytes = Vec::new();
+    written(&mut bytes).map_err(|error| Failure::writing(std::io::Error::other(error)))?;
+    Ok(bytes)
 }
 
 pub(crate) fn sha256(bytes: &[u8]) -> String {

@@ -13,6 +13,7 @@ mod made;
 mod page_progress;
 mod reply;
 mod settings;
+mod shop;
 mod studio;
 mod threads;
 

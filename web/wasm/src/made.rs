@@ -1,14 +1,14 @@
 //! What a block looks like on its bench: the figures and pictures that a page shows.
 
-use crate::{reply::Reply, settings};
+use crate::{files::sha256, reply::Reply, settings, shop::plain_words};
 use glasswarp::{
     fabricate::FaceShape,
     failure::Failure,
     glam::DVec2,
     pipeline::DesignedBlock,
     record::document,
-    report::{Exposure, difference_picture, irradiance_picture},
-    spec::Settings,
+    report::{BlockDrawings, DesignPage, Exposure, FileRecord, difference_picture, irradiance_picture},
+    spec::{Host, Settings},
     study::{
         bench::{bench_document, receiver_in_words},
         budget::double_precision,
@@ -17,12 +17,14 @@ use glasswarp::{
         order::StockOrder,
         stand::Stand,
         verdict::seen_in_words,
+        verification::DesignVerification,
     },
     surface::SurfaceSpline,
 };
 use glasswarp_verify::{Geometry, Image, Surface};
 use js_sys::{Float32Array, Float64Array};
 use serde::Serialize;
+use std::time::Duration;
 
 /// A block that was designed, and what is known of it.
 pub(crate) struct Made {
@@ -30,6 +32,8 @@ pub(crate) struct Made {
     pub(crate) block: DesignedBlock,
     pub(crate) subject: Subject,
     pub(crate) examiner: Examiner,
+    /// What the solver took.
+    pub(crate) solved: Duration,
 }
 
 /// What a page shows of a block.
@@ -62,16 +66,16 @@ pub(crate) struct Facts {
 
 impl Made {
     /// Takes a block, to be looked at with so many pixels across at most.
-    pub(crate) fn of(plan: Plan, block: DesignedBlock, pixels: usize) -> Result<Self, Failure> {
+    pub(crate) fn of(plan: Plan, (block, solved): (DesignedBlock, Duration), pixels: usize) -> Result<Self, Failure> {
         let subject = double_precision(&block)?;
         let target = judge::image_of(plan.target.cells());
         let examiner = Examiner::new(plan.scene.clone(), Some(&target), pixels);
-        Ok(Self { plan, block, subject, examiner })
+        Ok(Self { plan, block, subject, examiner, solved })
     }
 
     /// Figures and pictures.
     pub(crate) fn facts(&self, reply: &mut Reply, mesh: usize) -> Result<Facts, Failure> {
-        let Self { plan, block, subject, examiner } = self;
+        let Self { plan, block, subject, examiner, .. } = self;
         let solid = &block.solid;
         let seen = examiner.trace(subject, Surface::Spline, Geometry::Displaced)?;
         let likeness = examiner.likeness(&seen.image)?;
@@ -113,6 +117,39 @@ impl Made {
         reply.picture("light", &irradiance_picture(&light, exposure));
         reply.picture("target", &irradiance_picture(&target, exposure));
         reply.picture("difference", &difference_picture(&target, &light, exposure));
+    }
+
+    /// The report, with what the verifier says, if it was asked. The picture is hashed as `host` has
+    /// it.
+    ///
+    /// # Errors
+    /// A picture that is gone.
+    pub(crate) fn report(
+        &self,
+        verification: Option<&DesignVerification<'_>>,
+        (title, files): (String, Vec<FileRecord>),
+        host: &dyn Host,
+    ) -> Result<String, Failure> {
+        let Self { plan, block, .. } = self;
+        let verdict = match verification {
+            Some(verification) => verification.verdict(plan, block),
+            None => plan.unverified(),
+        };
+        let page = DesignPage {
+            plan,
+            title,
+            picture: (plan.picture.to_string_lossy().into_owned(), sha256(&host.bytes(&plan.picture)?)),
+            files,
+            command: settings::command(&plan.settings, &plan.picture),
+            block,
+            drawings: &BlockDrawings::of(block, plan),
+            verification,
+            verdict: &verdict,
+            in_flags: plain_words,
+            notes: &[],
+            solved: self.solved,
+        };
+        Ok(page.html())
     }
 
     /// Heights of the exit face, mm, rows along +y.

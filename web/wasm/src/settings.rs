@@ -52,12 +52,18 @@ pub(crate) fn to_toml(settings: &Settings) -> Result<String, Failure> {
 
 /// The command that makes the same, for a shell.
 pub(crate) fn command(settings: &Settings, picture: &Path) -> String {
+    let picture = picture.to_string_lossy().into_owned();
+    in_shell("design", [picture].into_iter().chain(settings.flags()))
+}
+
+/// A command for a shell.
+pub(crate) fn in_shell(command: &str, words: impl IntoIterator<Item = String>) -> String {
     // `--size=100mm` means the same to every shell without quotes.
     let is_plain = |text: &str| text.bytes().all(|b| b.is_ascii_alphanumeric() || b"-_./:=,%+@".contains(&b));
     let quoted = |text: &str| match shlex::try_quote(text) {
         Ok(quoted) if !is_plain(text) => quoted.into_owned(),
         _ => text.to_owned(),
     };
-    let words = ["glasswarp".to_owned(), "design".to_owned(), picture.to_string_lossy().into_owned()];
-    words.into_iter().chain(settings.flags()).map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
+    let words = ["glasswarp".to_owned(), command.to_owned()].into_iter().chain(words);
+    words.map(|word| quoted(&word)).collect::<Vec<_>>().join(" ")
 }

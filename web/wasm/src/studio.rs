@@ -1,31 +1,31 @@
 //! The files of a page, and the block that was designed last.
 
 use crate::{
-    files::{Hashes, sha256},
+    files::{Hashes, light_png, sha256},
     host::PageHost,
     made::Made,
     page_progress::PageProgress,
     reply::{Reply, told},
-    settings,
+    settings, shop,
 };
 use glasswarp::{
     failure::Failure,
     glam::DVec3,
-    irradiance::to_picture_order,
+    irradiance::{TargetIrradiance, to_picture_order},
     memory::Bytes,
     record::{SideFile, document},
-    report::{Exposure, irradiance_picture},
+    report::{Exposure, FileRecord, irradiance_picture, kind_of_file},
     solver::{Event, Progress},
     spec::{OFFSET, QualityName, Settings, SolverName},
     study::{
-        budget::BudgetStep, design::Plan, fits, judge::flux_document, requirements::open_understood,
-        verification::DesignVerification,
+        budget::BudgetStep, design::Plan, fits, judge::flux_document, placement::Placing,
+        requirements::open_understood, verification::DesignVerification, workpiece::Workpiece,
     },
 };
 use glasswarp_verify::{Geometry, Light, Optics, Scene, Surface, load};
-use js_sys::{Float32Array, Float64Array, Function};
+use js_sys::{Date, Float32Array, Float64Array, Function};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::{path::Path, time::Duration};
 use wasm_bindgen::prelude::*;
 
 /// Memory that a design may take: what 32 bits address, less what the page's files and the module
@@ -39,6 +39,9 @@ pub struct Studio {
     host: PageHost,
     made: Option<Made>,
     hashes: Hashes,
+    /// Of the last block: the report with what the verifier says, and the sheet for maker and shop.
+    report: Option<String>,
+    sheet: Option<String>,
 }
 
 /// How a picture was understood.
@@ -101,9 +104,24 @@ impl Studio {
         self.host.files.insert(name, bytes);
     }
 
-    /// Forgets all files.
-    pub fn clear(&mut self) {
-        self.host.files.clear();
+    /// Forgets a file.
+    pub fn forget(&mut self, name: &str) {
+        self.host.files.remove(name);
+    }
+
+    /// The light that the picture of these settings asks for on fewer pixels, `across` at most, as a
+    /// linear picture: what a large photograph is replaced by.
+    ///
+    /// # Errors
+    /// What makes no picture.
+    pub fn reduced(&self, settings: &str, across: usize) -> Result<Vec<u8>, JsValue> {
+        let reduced = || {
+            let (settings, picture) = settings::read(settings, &self.host)?;
+            let (target, ..) = open_understood(&picture, &settings, 0.0, &self.host)?;
+            let [nx, ny] = shrunk(&target, across);
+            light_png(&to_picture_order(target.resampled(nx, ny).cells()))
+        };
+        reduced().map_err(|failure: Failure| told(&failure))
     }
 
     /// The light that the picture of these settings asks for, at most so many pixels across, as a
@@ -120,8 +138,7 @@ impl Studio {
         let offset = settings.offset.unwrap_or(OFFSET);
         let (target, understood, warning) = open_understood(&picture, &settings, offset, &self.host)?;
         let (nx, ny) = (target.cells().nx(), target.cells().ny());
-        let shrunk = (across as f64 / nx.max(ny) as f64).min(1.0);
-        let shown = [nx, ny].map(|side| ((side as f64 * shrunk).round() as usize).max(1));
+        let shown = shrunk(&target, across);
         let exposure =
             Exposure::of(&target, settings.transfer.map_or(glasswarp::irradiance::Transfer::Srgb, Into::into));
         let light = target.resampled(shown[0], shown[1]);
@@ -186,16 +203,19 @@ impl Studio {
         let progress = PageProgress { listener };
         self.made = None;
         self.hashes.clear();
+        (self.report, self.sheet) = (None, None);
         let work = || -> Result<Made, Failure> {
             let (settings, picture) = settings::read(text, &self.host)?;
             let asked = (settings.nodes, settings.quality);
             let mut plan = Plan::new(picture, changed(settings), &self.host, &progress)?;
             fits::look(&plan, pixels, Some(MEMORY))?;
+            let began = Date::now();
             let block = plan.design(&progress)?;
+            let solved = Duration::from_millis((Date::now() - began) as u64);
             // What is written down is what was asked for, and not what a draft made of it.
             (plan.settings.nodes, plan.settings.quality) = (asked.0.or(plan.settings.nodes), asked.1);
             let _ = progress.report(Event::Stage { name: "looking at the light", steps: 0 });
-            Made::of(plan, block, pixels)
+            Made::of(plan, (block, solved), pixels)
         };
         let made = work().map_err(|failure| told(&failure))?;
         let mut reply = Reply::new();
@@ -287,7 +307,10 @@ impl Studio {
         let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
         let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
         stage("reading the file back");
-        let mesh = load::parse_stl(&made.file(name)?).map_err(Failure::refused)?;
+        let bytes = made.file(name)?;
+        let record = file_record(name, &bytes);
+        let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
+        drop(bytes);
         let mesh = mesh.moved(side.frame.origin_mm());
         stage("tracing light through it");
         let about = (name, &side.bench, &side.design);
@@ -295,6 +318,8 @@ impl Studio {
         let found = found.ok_or_else(|| Failure::Usage("the file could not be read back".into()))?;
         found.judgement.demand_agreement()?;
         let verdict = found.verdict(&made.plan, &made.block);
+        stage("writing the report");
+        let report = made.report(Some(&found), (stem(name), vec![record]), &self.host)?;
         let (light, wanted) = match &found.seen {
             Some(seen) => (&seen.image, &seen.target),
             None => (&found.judgement.caustic, &found.target),
@@ -302,7 +327,7 @@ impl Studio {
         let mut reply = Reply::new();
         made.pictures(&mut reply, light, wanted);
         let finite = document::finite;
-        Ok(reply.with_facts(&Verified {
+        let reply = reply.with_facts(&Verified {
             verdict: verdict.document(str::to_owned),
             judgement: found.judgement.document(),
             agreement: found.judgement.agreement_in_words(),
@@ -314,6 +339,84 @@ impl Studio {
                 .map(|seen| (seen.what.clone(), finite(seen.likeness.rel_rms), finite(seen.likeness.ssim))),
             pixels: [light.nx, light.ny],
             file: name.to_owned(),
-        }))
+        });
+        self.report = Some(report);
+        Ok(reply)
     }
+
+    /// The report of the last block, a page of HTML. It says what the verifier found if that was
+    /// asked.
+    ///
+    /// # Errors
+    /// A picture that is gone.
+    pub fn report(&self, title: &str) -> Result<String, JsValue> {
+        let report = || match &self.report {
+            Some(report) => Ok(report.clone()),
+            None => self.last()?.report(None, (title.to_owned(), Vec::new()), &self.host),
+        };
+        report().map_err(|failure: Failure| told(&failure))
+    }
+
+    /// Whether the STL of this name is ready to be made, as `glasswarp ready` asks: checked, milled,
+    /// polished, looked at in the light that there is, and with a bench that is a little off.
+    ///
+    /// # Errors
+    /// A cutter that does not fit, a file that is no closed solid, and that the listener wants no
+    /// more.
+    pub fn ready(&mut self, name: &str, asked: &str, listener: &Function) -> Result<JsValue, JsValue> {
+        self.asked_if_ready(name, asked, listener).map_err(|failure| told(&failure))?
+    }
+
+    fn asked_if_ready(
+        &mut self,
+        name: &str,
+        asked: &str,
+        listener: &Function,
+    ) -> Result<Result<JsValue, JsValue>, Failure> {
+        let progress = PageProgress { listener };
+        let asked = shop::Asked::parse(asked)?;
+        let made = self.last()?;
+        let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
+        let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
+        let bytes = made.file(name)?;
+        let record = file_record(name, &bytes);
+        let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
+        drop(bytes);
+        let command = settings::in_shell("ready", asked.flags(name));
+        let placed = (side.frame.origin_mm(), Placing::AsPlaced);
+        let piece = Workpiece::of((mesh, name), placed, side, (None, None), READY_PIXELS, (&self.host, &progress))?;
+        let (reply, sheet) = shop::ready(&asked, &piece, (&stem(name), record, command), &self.host, &progress)?;
+        self.sheet = Some(sheet);
+        Ok(reply)
+    }
+
+    /// The sheet for maker and shop, a page of HTML to print.
+    ///
+    /// # Errors
+    /// That nobody has asked whether the block is ready.
+    pub fn sheet(&self) -> Result<String, JsValue> {
+        let missing = || told(&Failure::Usage("ask first whether the block is ready".into()));
+        self.sheet.clone().ok_or_else(missing)
+    }
+}
+
+/// Pixels across at which it is judged whether a block is ready, as by the command line.
+const READY_PIXELS: usize = 512;
+
+/// Pixels of a light that has at most so many across.
+fn shrunk(target: &TargetIrradiance, across: usize) -> [usize; 2] {
+    let sides = [target.cells().nx(), target.cells().ny()];
+    let scale = (across as f64 / sides[0].max(sides[1]) as f64).min(1.0);
+    sides.map(|side| ((side as f64 * scale).round() as usize).max(1))
+}
+
+/// The name of a file without its extension.
+fn stem(name: &str) -> String {
+    Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// A file for a report.
+fn file_record(name: &str, bytes: &[u8]) -> FileRecord {
+    let what = kind_of_file(Path::new(name)).into();
+    FileRecord { name: name.to_owned(), what, bytes: bytes.len() as u64, sha256: sha256(bytes) }
 }
