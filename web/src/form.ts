@@ -76,7 +76,8 @@ export class Form {
     const { name, help, more } = setting;
     const id = `setting-${name}`;
     const change = () => void this.change(setting);
-    const hint = h("small", { id: `${id}-hint`, class: "hint" }, hintOf(name, [help, more].filter(Boolean).join(". ")));
+    const meaning = hintOf(name, [help, more].filter(Boolean).join(". "));
+    const hint = h("small", { id: `${id}-hint`, class: "hint" }, meaning);
     const fault = h("small", { id: `${id}-fault`, class: "fault", role: "alert", hidden: true });
     const described = { id, "aria-describedby": `${id}-hint ${id}-fault`, onchange: change };
     const choices = name === "material" ? this.catalogue.materials.map(({ name, description, ior }) => ({ name, help: `${description}, n = ${ior}` })) : setting.choices;
@@ -87,7 +88,7 @@ export class Form {
       const label = (choice: { name: string; help: string }) => (choice.help ? `${choice.name}: ${choiceHint(name, choice.name, choice.help)}` : choice.name);
       field = h("select", described, h("option", { value: "" }, `(${say("byDefault")})`), ...choices.map((choice) => h("option", { value: choice.name }, label(choice))));
     } else {
-      const usual = /\[default: ([^\]]*)\]/.exec(help)?.[1];
+      const usual = /\[(?:default|Vorgabe): ([^\]]*)\]/.exec(meaning)?.[1];
       field = h("input", { ...described, type: "text", placeholder: usual ?? setting.value, autocomplete: "off", spellcheck: "false" });
     }
     this.fields.set(name, { field, fault, setting });
