@@ -22,7 +22,7 @@ use glasswarp::{
         requirements::open_understood, verification::DesignVerification, workpiece::Workpiece,
     },
 };
-use glasswarp_verify::{Geometry, Light, Optics, Scene, Surface, load};
+use glasswarp_verify::{Geometry, Light, Mesh, Optics, Scene, Surface, load};
 use js_sys::{Date, Float32Array, Float64Array, Function};
 use serde::{Deserialize, Serialize};
 use std::{path::Path, time::Duration};
@@ -287,6 +287,15 @@ impl Studio {
         text.map_err(|failure| told(&failure))
     }
 
+    /// The STL of this name and its side file, from their own bytes.
+    fn read_back(&self, made: &Made, name: &str) -> Result<(SideFile, Mesh, FileRecord), Failure> {
+        let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
+        let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
+        let bytes = made.file(name)?;
+        let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
+        Ok((side, mesh, file_record(name, &bytes)))
+    }
+
     /// Reads the STL of this name back from its own bytes and traces light through it, as the
     /// command line does.
     ///
@@ -304,13 +313,8 @@ impl Studio {
         let made = self.last()?;
         stage("reading the picture again");
         let target = made.plan.target_light(&self.host)?;
-        let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
-        let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
         stage("reading the file back");
-        let bytes = made.file(name)?;
-        let record = file_record(name, &bytes);
-        let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
-        drop(bytes);
+        let (side, mesh, record) = self.read_back(made, name)?;
         let mesh = mesh.moved(side.frame.origin_mm());
         stage("tracing light through it");
         let about = (name, &side.bench, &side.design);
@@ -376,12 +380,7 @@ impl Studio {
         let progress = PageProgress { listener };
         let asked = shop::Asked::parse(asked)?;
         let made = self.last()?;
-        let toml = Path::new(name).with_extension("toml").to_string_lossy().into_owned();
-        let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
-        let bytes = made.file(name)?;
-        let record = file_record(name, &bytes);
-        let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
-        drop(bytes);
+        let (side, mesh, record) = self.read_back(made, name)?;
         let command = settings::in_shell("ready", asked.flags(name));
         let placed = (side.frame.origin_mm(), Placing::AsPlaced);
         let piece = Workpiece::of((mesh, name), placed, side, (None, None), READY_PIXELS, (&self.host, &progress))?;
