@@ -11,7 +11,7 @@ wasm=$CARGO_TARGET_DIR/wasm32-unknown-unknown/release/glasswarp_web.wasm
 
 [ -d node_modules/vite ] || npm ci --silent --no-audit --no-fund
 
-# What is inlined where everything is linked is limited: a tenth smaller, and no slower.
+# What is inlined where everything is linked is limited: smaller, and no slower.
 small=(-Cllvm-args=-inline-threshold=10)
 (
     cd wasm

@@ -62,13 +62,15 @@ export class Form {
 
   private async takeFiles(input: HTMLInputElement): Promise<void> {
     this.fileFault.hidden = true;
+    const taken: [string, Uint8Array][] = [];
     for (const file of input.files ?? []) {
       const mb = file.size / 1e6;
       if (mb > MOST_MB) {
         this.fileFault.hidden = false;
         this.fileFault.textContent = say("tooLarge", { name: file.name, mb: mb.toFixed(0), most: MOST_MB });
-      } else this.state.addFile(file.name, new Uint8Array(await file.arrayBuffer()));
+      } else taken.push([file.name, new Uint8Array(await file.arrayBuffer())]);
     }
+    this.state.addFiles(taken);
     input.value = "";
   }
 

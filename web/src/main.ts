@@ -222,9 +222,7 @@ function build(root: HTMLElement, catalogue: Catalogue): void {
   view.draw();
   make.update("");
   void showDesigns();
-  void keptFiles().then((files) => {
-    for (const [name, bytes] of files) state.addFile(name, bytes);
-  });
+  void keptFiles().then((files) => state.addFiles(files));
   void keptPicture().then(async (kept) => {
     if (!kept || state.picture) return;
     shown = kept;

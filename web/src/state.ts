@@ -56,8 +56,9 @@ export class State {
     this.tell();
   }
 
-  addFile(name: string, bytes: Uint8Array): void {
-    this.files.set(name, bytes);
+  addFiles(files: [string, Uint8Array][]): void {
+    if (files.length === 0) return;
+    for (const [name, bytes] of files) this.files.set(name, bytes);
     this.tell();
   }
 

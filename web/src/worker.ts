@@ -11,12 +11,27 @@ let studio: Studio;
 let memory: WebAssembly.Memory;
 /** Of a helper, bytes: what native threads have. */
 const STACK = 2 << 20;
+/** Memory, in pages of 64 kB: at most, at least, and at first (4 MB, more than the module's own data). */
+const MOST_PAGES = 1 << 16;
+const LEAST_PAGES = 1 << 13;
+const FIRST_PAGES = 64;
 /** The last call that is no longer wanted, with all before it. */
 let stop: Int32Array | null = null;
 /** What came before the module was ready waits. */
 let ready: Promise<void> = Promise.resolve();
 
 const tell = (message: FromWorker, transfer: Transferable[] = []) => self.postMessage(message, { transfer });
+
+/** Memory that can be shared is promised as a whole: as much of what 32 bits address as the machine can. */
+function promised(): WebAssembly.Memory {
+  for (let maximum = MOST_PAGES; ; maximum /= 2) {
+    try {
+      return new WebAssembly.Memory({ initial: FIRST_PAGES, maximum, shared: true });
+    } catch (error) {
+      if (maximum <= LEAST_PAGES) throw error;
+    }
+  }
+}
 
 /** Hears of progress; true ends the work. */
 function listener(id: number) {
@@ -109,11 +124,14 @@ self.onmessage = async ({ data }: MessageEvent<ToWorker>) => {
   }
   if ("module" in data) {
     stop = data.stop;
-    ready = init({ module_or_path: data.module }).then((exports) => {
-      memory = exports.memory;
+    ready = (async () => {
+      memory = promised();
+      await init({ module_or_path: data.module, memory });
       studio = new Studio();
       tell({ memory: stop && memory });
-    });
+    })();
+    // What waits for the module hears of it as of every error that ends a worker.
+    ready.catch((error) => setTimeout(() => { throw error; }));
     return;
   }
   await ready;
