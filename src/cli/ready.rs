@@ -19,7 +19,6 @@ use crate::{
         check::{FaceForm, Shop},
         placement::Placing,
         ready::{Question, ReadyStudy},
-        tolerance::Tolerances,
         verdict::Answer,
     },
     surface::Polish,
@@ -81,21 +80,12 @@ pub(crate) fn run(args: &ReadyArgs) -> Result<(), Failure> {
     outputs::plan(inputs.iter().map(PathBuf::as_path), [sheet.clone()])?;
     let progress = TerminalProgress::new();
     let side = side_files::of_block(&block, args.bench.as_deref())?;
+    let polish = Polish::new(args.polish.mm).map_err(Failure::refused)?;
+    let usual = Question::of(args.rows.pass(), polish, &side);
     let question = Question {
-        shop: Shop {
-            cutter: args.rows.tool.cutter,
-            step_over_mm: args.rows.tool.step_over.mm,
-            polish: Polish::new(args.polish.mm).map_err(Failure::refused)?,
-            steepest_degrees: args.max_slope.deg,
-            most_blur_mm: None,
-            thickness_mm: None,
-            facing_mm: side.design.facing.map_or(0.0, |facing| facing.mm),
-            least_thickness_mm: args.min_thickness.mm,
-        },
-        direction: args.rows.direction,
+        shop: Shop { steepest_degrees: args.max_slope.deg, least_thickness_mm: args.min_thickness.mm, ..usual.shop },
         source: args.source_size,
-        // Which light there is, is asked for itself.
-        tolerances: Tolerances { light_degrees: Vec::new(), ..Tolerances::default() },
+        ..usual
     };
     let form = FaceForm::of_file(load::Format::from_path(&block).map_err(Failure::refused)?);
     let piece =

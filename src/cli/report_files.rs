@@ -4,11 +4,7 @@ use super::{
     machine::has_extension,
     side_files::{file_name, hash_of},
 };
-use crate::{
-    export::write_atomically,
-    failure::Failure,
-    report::{FileRecord, kind_of_file},
-};
+use crate::{export::write_atomically, failure::Failure, report::FileRecord};
 use std::{
     io::Write as _,
     path::{Path, PathBuf},
@@ -45,5 +41,5 @@ pub(super) fn file_record(path: &Path, sha256: Option<String>) -> Result<FileRec
     let failed = |source| Failure::reading(path, source);
     let bytes = std::fs::metadata(path).map_err(failed)?.len();
     let sha256 = sha256.map_or_else(|| hash_of(path), Ok)?;
-    Ok(FileRecord { name: file_name(path), what: kind_of_file(path).into(), bytes, sha256 })
+    Ok(FileRecord::new(file_name(path), bytes, sha256))
 }

@@ -55,7 +55,7 @@ pub use {
         Facts, FileRecord, Highlight, Model, MovingLight, Page, ReadySheet, TrafficLight, View, ready_sheet, render,
     },
     pages::{
-        common::{exposure_of, kind_of_file},
+        common::exposure_of,
         design::{BlockDrawings, DesignPage},
         ready::ReadyPage,
     },

@@ -65,6 +65,11 @@ pub struct Shop {
 }
 
 impl Shop {
+    /// Steepest slope that shops usually cut.
+    pub const STEEPEST_DEGREES: f64 = 45.0;
+    /// Least thickness that a block may usually have.
+    pub const LEAST_THICKNESS_MM: f64 = 3.0;
+
     /// Cutter, rows and polish in a line.
     pub fn in_words(&self) -> String {
         let polish = match self.polish.sigma_mm() {

@@ -19,9 +19,11 @@ use crate::{
     fabricate::{Direction, Pass},
     failure::Failure,
     irradiance::Psf,
+    record::SideFile,
     solid::{Shape, Solid, Stock},
     solver::Progress,
     spec::{Host, Settings, SourceName},
+    surface::Polish,
 };
 use glasswarp_verify::{
     Geometry, Image, PhotonPlan, Surface,
@@ -39,6 +41,29 @@ pub struct Question {
     pub source: Option<SourceName>,
     /// By how much things may be off.
     pub tolerances: Tolerances,
+}
+
+impl Question {
+    /// What is asked where nobody says more: a pass and the polish after it, in a shop as it usually is, on
+    /// a bench that is off as benches usually are.
+    pub fn of(pass: Pass, polish: Polish, side: &SideFile) -> Self {
+        Self {
+            shop: Shop {
+                cutter: pass.cutter,
+                step_over_mm: pass.step_over_mm,
+                polish,
+                steepest_degrees: Shop::STEEPEST_DEGREES,
+                most_blur_mm: None,
+                thickness_mm: None,
+                facing_mm: side.design.facing.map_or(0.0, |facing| facing.mm),
+                least_thickness_mm: Shop::LEAST_THICKNESS_MM,
+            },
+            direction: pass.direction,
+            source: None,
+            // Which light there is, is asked for itself.
+            tolerances: Tolerances { light_degrees: Vec::new(), ..Tolerances::default() },
+        }
+    }
 }
 
 /// Whether a block is ready to be made.

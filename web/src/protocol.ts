@@ -105,8 +105,7 @@ export interface Verified {
 export interface Ready {
   verdict: Verified["verdict"];
   lines: { what: string; passed: boolean; says: string }[];
-  steps: Step[];
-  seen: Step;
+  steps: { name: string; rel_rms: number | null; ssim: number | null }[];
   /** What is off, and the SSIM that it leaves. */
   faults: [string, number | null][];
   light: string;
@@ -114,12 +113,6 @@ export interface Ready {
   rows: number;
   minutes: number;
   pixels: [number, number];
-}
-
-export interface Step {
-  name: string;
-  rel_rms: number | null;
-  ssim: number | null;
 }
 
 export interface Reply<F> {

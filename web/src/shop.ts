@@ -77,9 +77,9 @@ export class Shop {
     this.found.replaceChildren(
       h("p", { class: "verdict", id: "ready-verdict", "data-answer": facts.verdict.answer }, h("strong", {}, ...withCode(facts.verdict.says))),
       h("table", { id: "ready-concerns" }, h("tbody", {}, ...facts.verdict.concerns.map(({ question, answer, says }) => row(question, answer, said(says))))),
-      h("div", { class: "triple" }, figure("seen", `${say("shopSeen")}, ${facts.light}`), figure("target", say("target")), figure("difference", say("difference"))),
+      h("div", { class: "triple" }, figure("light", `${say("shopSeen")}, ${facts.light}`), figure("target", say("target")), figure("difference", say("difference"))),
       h("h4", {}, say("shopSteps")),
-      h("div", { class: "triple", id: "ready-steps" }, ...facts.steps.map((step, k) => figure(`light${k}`, `${step.name}: ${rms(step.rel_rms)}, ${ssim(step.ssim)}`))),
+      h("div", { class: "triple", id: "ready-steps" }, ...facts.steps.map((step, k) => figure(`step${k}`, `${step.name}: ${rms(step.rel_rms)}, ${ssim(step.ssim)}`))),
       h("h4", {}, say("shopChecks")),
       h("table", { id: "ready-checks" }, h("tbody", {}, ...facts.lines.map(({ what, passed, says }) => row(what, say(passed ? "shopPassed" : "shopFailed"), said(says))))),
       h("h4", {}, say("shopFaults")),

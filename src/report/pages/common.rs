@@ -9,7 +9,7 @@ use crate::{
     materials,
     report::{
         budget::{Cost, CostErrors},
-        html::{Facts, Highlight, Model, MovingLight, TrafficLight, View},
+        html::{Facts, FileRecord, Highlight, Model, MovingLight, TrafficLight, View},
         isocontours::Isocontours,
         pictures::{self as report, Exposure},
     },
@@ -276,8 +276,15 @@ pub(crate) fn judgement_warnings(judgement: &Judgement, skirt: f64) -> Vec<Strin
     warnings
 }
 
+impl FileRecord {
+    /// A file of this name, with its length and hash.
+    pub fn new(name: String, bytes: u64, sha256: String) -> Self {
+        Self { what: kind(Path::new(&name)).into(), name, bytes, sha256 }
+    }
+}
+
 /// What a file of this name is.
-pub fn kind_of_file(path: &Path) -> &'static str {
+fn kind(path: &Path) -> &'static str {
     match (Format::from_path(path), HeightMapFormat::from_path(path)) {
         (Ok(Format::Stl), _) => "mesh, mm, z up",
         (Ok(Format::Obj), _) => "mesh with normals, mm, z up",

@@ -7,7 +7,7 @@ use glasswarp::{
     glam::DVec2,
     pipeline::DesignedBlock,
     record::document,
-    report::{BlockDrawings, DesignPage, Exposure, FileRecord, difference_picture, irradiance_picture},
+    report::{BlockDrawings, DesignPage, Exposure, FileRecord},
     spec::{Host, Settings},
     study::{
         bench::{bench_document, receiver_in_words},
@@ -21,7 +21,7 @@ use glasswarp::{
     },
     surface::SurfaceSpline,
 };
-use glasswarp_verify::{Geometry, Image, Surface};
+use glasswarp_verify::{Geometry, Surface};
 use js_sys::{Float32Array, Float64Array};
 use serde::Serialize;
 use std::time::Duration;
@@ -80,7 +80,7 @@ impl Made {
         let seen = examiner.trace(subject, Surface::Spline, Geometry::Displaced)?;
         let likeness = examiner.likeness(&seen.image)?;
         let target = examiner.target().unwrap_or(&seen.image);
-        self.pictures(reply, &seen.image, target);
+        reply.compared(&seen.image, target, self.exposure());
         let spline = SurfaceSpline::through(solid.surface());
         let shape = FaceShape::of_spline(solid.surface(), &spline);
         reply.array("mesh", mesh_of(&spline, mesh));
@@ -104,19 +104,15 @@ impl Made {
             levels_at_limit: block.summary.levels_at_limit(),
             command: settings::command(&plan.settings, &plan.picture),
             design_toml: settings::to_toml(&settings)?,
-            white: Exposure::of(&plan.target, plan.transfer.into()).white,
+            white: self.exposure().white,
             stand: Stand::of_design(solid, &plan.scene, &plan.settings),
             settings,
         })
     }
 
-    /// Light, target and their difference, in the exposure of the target.
-    pub(crate) fn pictures(&self, reply: &mut Reply, light: &Image, target: &Image) {
-        let exposure = Exposure::of(&self.plan.target, self.plan.transfer.into());
-        let [light, target] = [light, target].map(judge::field_of);
-        reply.picture("light", &irradiance_picture(&light, exposure));
-        reply.picture("target", &irradiance_picture(&target, exposure));
-        reply.picture("difference", &difference_picture(&target, &light, exposure));
+    /// That of the target.
+    pub(crate) fn exposure(&self) -> Exposure {
+        Exposure::of(&self.plan.target, self.plan.transfer.into())
     }
 
     /// The report, with what the verifier says, if it was asked. The picture is hashed as `host` has

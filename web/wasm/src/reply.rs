@@ -1,6 +1,13 @@
 //! What goes out to the page.
 
-use glasswarp::{failure::Failure, image::GrayImage, solver::SolveError};
+use glasswarp::{
+    failure::Failure,
+    image::GrayImage,
+    report::{Exposure, difference_picture, irradiance_picture},
+    solver::SolveError,
+    study::judge,
+};
+use glasswarp_verify::Image;
 use js_sys::{JSON, Object, Reflect, Uint8Array};
 use serde::Serialize;
 use wasm_bindgen::JsValue;
@@ -24,6 +31,14 @@ impl Reply {
     /// Adds a picture: a byte for every pixel, row by row from the top.
     pub(crate) fn picture(&mut self, name: &str, picture: &GrayImage) {
         self.array(name, Uint8Array::from(picture.as_raw().as_slice()));
+    }
+
+    /// Adds `light`, `target` and their `difference`.
+    pub(crate) fn compared(&mut self, light: &Image, target: &Image, exposure: Exposure) {
+        let [light, target] = [light, target].map(judge::field_of);
+        self.picture("light", &irradiance_picture(&light, exposure));
+        self.picture("target", &irradiance_picture(&target, exposure));
+        self.picture("difference", &difference_picture(&target, &light, exposure));
     }
 
     /// The reply as the page sees it: `{ facts, arrays }`.

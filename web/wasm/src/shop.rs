@@ -2,17 +2,20 @@
 
 use crate::reply::Reply;
 use glasswarp::{
-    fabricate::{Cutter, Direction},
+    fabricate::{Cutter, Direction, Pass},
     failure::Failure,
-    record::document::{self, finite},
-    report::{Exposure, FileRecord, ReadyPage, difference_picture, exposure_of, irradiance_picture},
+    record::{
+        SideFile,
+        document::{self, finite},
+    },
+    report::{FileRecord, ReadyPage, exposure_of, irradiance_picture},
     solver::Progress,
     spec::{Feed, Host, Length, SourceName},
     study::{
-        check::{CheckLine, FaceForm, Shop},
+        check::{CheckLine, FaceForm},
         judge,
+        mill::MillStep,
         ready::{Question, ReadyStudy},
-        tolerance::Tolerances,
         workpiece::Workpiece,
     },
     surface::Polish,
@@ -32,10 +35,6 @@ pub(crate) struct Asked {
     source_size: Option<String>,
     feed: String,
 }
-
-/// What the command line takes where nobody has measured.
-const STEEPEST_DEGREES: f64 = 45.0;
-const LEAST_THICKNESS_MM: f64 = 3.0;
 
 fn read<T: FromStr<Err: Display>>(name: &str, text: &str) -> Result<T, Failure> {
     text.trim().parse().map_err(|error| Failure::Usage(format!("`{name}`: {error}")))
@@ -61,32 +60,14 @@ impl Asked {
         flags
     }
 
-    fn question(&self, facing_mm: f64) -> Result<Question, Failure> {
-        let polish: Length = read("polish", &self.polish)?;
-        let step_over: Length = read("step-over", &self.step_over)?;
-        Ok(Question {
-            shop: Shop {
-                cutter: read::<Cutter>("cutter", &self.cutter)?,
-                step_over_mm: step_over.mm,
-                polish: Polish::new(polish.mm).map_err(Failure::refused)?,
-                steepest_degrees: STEEPEST_DEGREES,
-                most_blur_mm: None,
-                thickness_mm: None,
-                facing_mm,
-                least_thickness_mm: LEAST_THICKNESS_MM,
-            },
-            direction: read::<Direction>("direction", &self.direction)?,
-            source: self.source_size.as_deref().map(|size| read::<SourceName>("source-size", size)).transpose()?,
-            tolerances: Tolerances { light_degrees: Vec::new(), ..Tolerances::default() },
-        })
+    fn question(&self, side: &SideFile) -> Result<Question, Failure> {
+        let (polish, step_over): (Length, Length) =
+            (read("polish", &self.polish)?, read("step-over", &self.step_over)?);
+        let direction = read::<Direction>("direction", &self.direction)?;
+        let pass = Pass { direction, ..Pass::finishing(read::<Cutter>("cutter", &self.cutter)?, step_over.mm) };
+        let source = self.source_size.as_deref().map(|size| read::<SourceName>("source-size", size)).transpose()?;
+        Ok(Question { source, ..Question::of(pass, Polish::new(polish.mm).map_err(Failure::refused)?, side) })
     }
-}
-
-#[derive(Serialize)]
-struct Step {
-    name: String,
-    rel_rms: Option<f64>,
-    ssim: Option<f64>,
 }
 
 /// What a page shows of it.
@@ -94,10 +75,8 @@ struct Step {
 struct ReadyFacts {
     verdict: document::Verdict,
     lines: Vec<document::CheckLine>,
-    /// The face as designed and after every step, in perfect light; pictures `light0`, ...
-    steps: Vec<Step>,
-    /// In the light that there is; pictures `seen` and `target`.
-    seen: Step,
+    /// The face as designed and after every step, in perfect light; pictures `step0`, ...
+    steps: Vec<document::MillStep>,
     /// What is off, and the SSIM that it leaves, the worst first.
     faults: Vec<(String, Option<f64>)>,
     light: String,
@@ -115,31 +94,21 @@ pub(crate) fn ready(
     host: &dyn Host,
     progress: &dyn Progress,
 ) -> Result<(Result<JsValue, JsValue>, String), Failure> {
-    let question = asked.question(piece.side.design.facing.map_or(0.0, |facing| facing.mm))?;
+    let question = asked.question(&piece.side)?;
     let feed: Feed = read("feed", &asked.feed)?;
     let study = ReadyStudy::of(&question, piece, FaceForm::Triangles, host, progress)?;
     let exposure = exposure_of(&piece.perceived, piece);
     let mut reply = Reply::new();
-    pictures(&mut reply, &study, exposure, exposure_of(&piece.ideal, piece));
-    let (seen, _) = &study.seen;
+    let (seen, target) = &study.seen;
+    reply.compared(&seen.image, target, exposure);
+    let perfect = exposure_of(&piece.ideal, piece);
+    for (k, step) in study.mill.steps.iter().enumerate() {
+        reply.picture(&format!("step{k}"), &irradiance_picture(&judge::field_of(&step.view.image), perfect));
+    }
     let facts = ReadyFacts {
         verdict: study.verdict.document(str::to_owned),
         lines: study.check.lines.iter().map(CheckLine::document).collect(),
-        steps: study
-            .mill
-            .steps
-            .iter()
-            .map(|step| Step {
-                name: step.name.clone(),
-                rel_rms: finite(step.view.metrics.rel_rms),
-                ssim: finite(step.view.metrics.ssim),
-            })
-            .collect(),
-        seen: Step {
-            name: study.mill.done_in_words(),
-            rel_rms: finite(seen.metrics.rel_rms),
-            ssim: finite(seen.metrics.ssim),
-        },
+        steps: study.mill.steps.iter().map(MillStep::document).collect(),
         faults: study
             .faults
             .iter()
@@ -163,17 +132,6 @@ pub(crate) fn ready(
         in_flags: plain_words,
     };
     Ok((reply.with_facts(&facts), sheet.html()))
-}
-
-fn pictures(reply: &mut Reply, study: &ReadyStudy, exposure: Exposure, perfect: Exposure) {
-    let (seen, target) = &study.seen;
-    let [light, target] = [&seen.image, target].map(judge::field_of);
-    reply.picture("seen", &irradiance_picture(&light, exposure));
-    reply.picture("target", &irradiance_picture(&target, exposure));
-    reply.picture("difference", &difference_picture(&target, &light, exposure));
-    for (k, step) in study.mill.steps.iter().enumerate() {
-        reply.picture(&format!("light{k}"), &irradiance_picture(&judge::field_of(&step.view.image), perfect));
-    }
 }
 
 /// Settings stand in backticks, which a printed page does without.

@@ -14,7 +14,7 @@ use glasswarp::{
     irradiance::{TargetIrradiance, to_picture_order},
     memory::Bytes,
     record::{SideFile, document},
-    report::{Exposure, FileRecord, irradiance_picture, kind_of_file},
+    report::{Exposure, FileRecord, irradiance_picture},
     solver::{Event, Progress},
     spec::{OFFSET, QualityName, Settings, SolverName},
     study::{
@@ -293,7 +293,7 @@ impl Studio {
         let side = SideFile::parse(&made.side_file(&toml, &self.hashes, &self.host)?, Path::new(&toml))?;
         let bytes = made.file(name)?;
         let mesh = load::parse_stl(&bytes).map_err(Failure::refused)?;
-        Ok((side, mesh, file_record(name, &bytes)))
+        Ok((side, mesh, FileRecord::new(name.to_owned(), bytes.len() as u64, sha256(&bytes))))
     }
 
     /// Reads the STL of this name back from its own bytes and traces light through it, as the
@@ -329,7 +329,7 @@ impl Studio {
             None => (&found.judgement.caustic, &found.target),
         };
         let mut reply = Reply::new();
-        made.pictures(&mut reply, light, wanted);
+        reply.compared(light, wanted, made.exposure());
         let finite = document::finite;
         let reply = reply.with_facts(&Verified {
             verdict: verdict.document(str::to_owned),
@@ -412,10 +412,4 @@ fn shrunk(target: &TargetIrradiance, across: usize) -> [usize; 2] {
 /// The name of a file without its extension.
 fn stem(name: &str) -> String {
     Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// A file for a report.
-fn file_record(name: &str, bytes: &[u8]) -> FileRecord {
-    let what = kind_of_file(Path::new(name)).into();
-    FileRecord { name: name.to_owned(), what, bytes: bytes.len() as u64, sha256: sha256(bytes) }
 }
