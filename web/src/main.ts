@@ -1,7 +1,7 @@
 // The page: picture and bench on one side, the answer on the other. Every change is answered by a draft.
 
 import "./style.css";
-import { Answer } from "./answer";
+import { Answer, inWords } from "./answer";
 import { BenchView } from "./benchview";
 import { byId, download, h, paint } from "./dom";
 import { Engine } from "./engine";
@@ -34,7 +34,9 @@ async function begin(): Promise<void> {
   try {
     catalogue = await drafts.call<Catalogue>({ method: "catalogue", args: [] });
   } catch (fault) {
-    return root.replaceChildren(h("p", { class: "fault", role: "alert" }, `${say("noWasm")} (${(fault as Fault).message ?? fault})`));
+    // What has started and ended says why; else this browser could not even compile the module.
+    const why = fault instanceof Error ? [`${say("noWasm")} (${fault.message})`] : inWords(fault as Fault);
+    return root.replaceChildren(h("p", { class: "fault", role: "alert" }, ...why));
   }
   build(root, catalogue);
 }
