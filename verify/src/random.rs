@@ -16,8 +16,18 @@ pub(crate) struct PhotonRandom {
 /// What a pair of random numbers is for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
-    Light = 1,
-    Finish = 2,
+    Light,
+    /// The finish of a face, by its number: that of the exit face of the first block is 0.
+    Finish(u32),
+}
+
+impl Purpose {
+    fn code(self) -> u64 {
+        match self {
+            Self::Light => 1,
+            Self::Finish(face) => 2 + u64::from(face),
+        }
+    }
 }
 
 impl PhotonRandom {
@@ -25,7 +35,7 @@ impl PhotonRandom {
     pub(crate) fn pair(&self, purpose: Purpose) -> [f64; 2] {
         let photon = mix(self.key ^ mix(self.photon));
         [0, 1].map(|k| {
-            let bits = mix(photon ^ mix(2 * purpose as u64 + k));
+            let bits = mix(photon ^ mix(2 * purpose.code() + k));
             ((bits >> 11) as f64 + 0.5) / (1u64 << 53) as f64
         })
     }

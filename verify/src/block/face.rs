@@ -1,10 +1,7 @@
 //! A block with another face than that of its file: worked on, thicker, or known better than by its
 //! heights.
 
-use super::{
-    error::BlockError,
-    model::{Block, above, places},
-};
+use super::{error::BlockError, model::Block, relief::Relief};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -17,14 +14,12 @@ impl Block {
     /// # Errors
     /// Those of [`from_heights`](Self::from_heights).
     pub fn with_face(mut self, (nx, ny): (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
-        let fresh = Self::from_heights(self.upper - self.lower, self.entry_z, (nx, ny), heights)?;
-        self.xs = places(nx, self.lower.x, self.upper.x);
-        self.ys = places(ny, self.lower.y, self.upper.y);
-        (self.nx, self.ny, self.heights, self.diagonals) = (nx, ny, fresh.heights, fresh.diagonals);
-        (self.spline, self.normals, self.slopes) = (None, None, None);
+        self.exit = Relief::from_heights((self.exit.lower, self.exit.upper), (nx, ny), heights)?;
+        self.stands_on_its_entry()?;
+        (self.normals, self.slopes) = (None, None);
         if let Some(outline) = &self.outline {
-            let known = (0..nx * ny).into_par_iter().map(|k| outline.covers(self.node(k % nx, k / nx).truncate()));
-            let outline = outline.with_face(known.collect(), |at| self.height_between_nodes(at));
+            let known = (0..nx * ny).into_par_iter().map(|k| outline.covers(self.exit.place(k)));
+            let outline = outline.with_face(known.collect(), |at| self.exit.height_between_nodes(at));
             self.outline = Some(Arc::new(outline));
         }
         Ok(self)
@@ -45,40 +40,52 @@ impl Block {
         slopes: Vec<DVec2>,
     ) -> Result<Self, BlockError> {
         let face = self.with_face(nodes, heights)?;
-        if slopes.len() != face.heights.len() {
-            return Err(BlockError::Grid { why: format!("{} slopes at {} nodes", slopes.len(), face.heights.len()) });
+        if slopes.len() != face.exit.heights.len() {
+            return Err(BlockError::Grid {
+                why: format!("{} slopes at {} nodes", slopes.len(), face.exit.heights.len()),
+            });
         }
         if let Some(k) = slopes.iter().position(|slope| !slope.is_finite()) {
-            let (i, j) = (k % face.nx, k / face.nx);
+            let (i, j) = (k % face.exit.nx, k / face.exit.nx);
             return Err(BlockError::Grid { why: format!("the slope at column {i}, row {j} is {}", slopes[k]) });
         }
         Ok(Self { slopes: Some(Arc::new(slopes)), ..face })
     }
 
-    /// The same block with its entry face at `entry_z_mm`.
+    /// The same block with its entry face at `entry_z_mm`: one that is not planar keeps its shape,
+    /// and its mean comes there.
     ///
     /// # Errors
     /// [`BlockError::Grid`] for one that is not below all of the exit face.
     pub fn with_entry_z(mut self, entry_z_mm: f64) -> Result<Self, BlockError> {
-        above(&self.heights, self.nx, entry_z_mm)?;
+        self.entry = self.entry.map(|entry| entry.moved(entry_z_mm - self.entry_z));
         self.entry_z = entry_z_mm;
+        self.stands_on_its_entry()?;
+        Ok(self)
+    }
+
+    /// The same block with an entry face of `nx` by `ny` nodes at these heights under its exit
+    /// face: mm in the block's own frame, row-major, rows along `+y`.
+    ///
+    /// # Errors
+    /// [`BlockError::Grid`] for fewer than 4 nodes along a side, another number of heights, one
+    /// that is not below the exit face, or a block with an outline or a rim.
+    pub fn with_entry_heights(mut self, nodes: (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
+        if self.outline.is_some() || self.entry_face != (self.exit.lower, self.exit.upper) {
+            let why = "an entry face that is not planar lies under a rectangular exit face without a rim".into();
+            return Err(BlockError::Grid { why });
+        }
+        let entry = Relief::from_heights(self.entry_face, nodes, heights)?;
+        self.entry_z = entry.mean_mm();
+        self.entry = Some(entry);
+        self.stands_on_its_entry()?;
         Ok(self)
     }
 
     /// Heights at the nodes, mm, of a block that is not needed any more; without a copy where
     /// nothing else holds on to them.
     pub fn into_heights_mm(self) -> Vec<f64> {
-        Arc::try_unwrap(self.heights).unwrap_or_else(|shared| shared.to_vec())
-    }
-
-    /// Height of the face above a point of its plan, bilinear between nodes.
-    fn height_between_nodes(&self, at: DVec2) -> f64 {
-        let cells = DVec2::new((self.nx - 1) as f64, (self.ny - 1) as f64);
-        let place = (at - self.lower) / (self.upper - self.lower) * cells;
-        let corner = place.floor().clamp(DVec2::ZERO, cells - 1.0);
-        let (part, first) = (place - corner, corner.y as usize * self.nx + corner.x as usize);
-        let along = |k: usize| self.heights[k] * (1.0 - part.x) + self.heights[k + 1] * part.x;
-        along(first) * (1.0 - part.y) + along(first + self.nx) * part.y
+        self.exit.into_heights()
     }
 }
 

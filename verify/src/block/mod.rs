@@ -9,10 +9,12 @@ mod model;
 mod outline;
 mod placement;
 mod recognise;
+mod relief;
 mod shading;
 
 pub(crate) use cell::{Diagonal, Half, corners, halves};
 pub use error::BlockError;
 pub use model::Block;
 pub use placement::{ExpectedPose, PlacedBlock, Placement};
+pub(crate) use relief::Relief;
 pub(crate) use shading::node_normals;

@@ -1,28 +1,19 @@
-//! A block as the verifier knows it: an entry plane, an exit face over a regular grid, an outline,
+//! A block as the verifier knows it: an entry face, an exit face over a regular grid, an outline,
 //! perhaps a rim.
 
-use super::{cell::Diagonal, error::BlockError, outline::Outline};
-use crate::spline::Bicubic;
+use super::{error::BlockError, outline::Outline, relief::Relief};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
 /// A block of glass whose exit face is a height field on a regular grid of vertices.
 #[derive(Clone, Debug)]
 pub struct Block {
-    pub(crate) lower: DVec2,
-    pub(crate) upper: DVec2,
+    /// The exit face.
+    pub(crate) exit: Relief,
+    /// The plane of the entry face, mm; of one that is not planar, its mean.
     pub(crate) entry_z: f64,
-    pub(crate) nx: usize,
-    pub(crate) ny: usize,
-    /// Places of the grid lines, mm.
-    pub(super) xs: Vec<f64>,
-    pub(super) ys: Vec<f64>,
-    /// Heights at the nodes, mm, row-major, rows along +y.
-    pub(crate) heights: Arc<Vec<f64>>,
-    /// How every cell is cut into two triangles.
-    pub(crate) diagonals: Arc<Vec<Diagonal>>,
-    /// The spline through the nodes, if it is at hand.
-    pub(super) spline: Option<Arc<Bicubic>>,
+    /// The entry face, where it is not planar. It lies under all of the exit face.
+    pub(crate) entry: Option<Relief>,
     /// Normals at the nodes as the file gives them.
     pub(crate) normals: Option<Vec<DVec3>>,
     /// Slopes at the nodes, where they are known.
@@ -51,30 +42,43 @@ impl Block {
         (nx, ny): (usize, usize),
         heights: Vec<f64>,
     ) -> Result<Self, BlockError> {
-        let refused = |why: String| Err(BlockError::Grid { why });
-        if nx.min(ny) < Bicubic::LEAST_NODES || nx.checked_mul(ny) != Some(heights.len()) {
-            return refused(format!("{} heights on {nx} columns and {ny} rows", heights.len()));
-        }
-        above(&heights, nx, entry_z_mm)?;
-        let (lower, upper) = (-0.5 * size_mm, 0.5 * size_mm);
-        Ok(Self {
-            lower,
-            upper,
+        let plan = (-0.5 * size_mm, 0.5 * size_mm);
+        let exit = Relief::from_heights(plan, (nx, ny), heights)?;
+        let block = Self {
+            exit,
             entry_z: entry_z_mm,
-            nx,
-            ny,
-            xs: places(nx, lower.x, upper.x),
-            ys: places(ny, lower.y, upper.y),
-            heights: Arc::new(heights),
-            diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
-            spline: None,
+            entry: None,
             normals: None,
             slopes: None,
             rim_z: None,
             outline: None,
-            entry_face: (lower, upper),
+            entry_face: plan,
             entry_outline: None,
-        })
+        };
+        block.stands_on_its_entry()?;
+        Ok(block)
+    }
+
+    /// Demands that all of the exit face is above the entry face.
+    pub(super) fn stands_on_its_entry(&self) -> Result<(), BlockError> {
+        let glass = |(k, &z): (usize, &f64)| z - self.entry_below(self.exit.place(k));
+        let mut of_exit = self.exit.heights.iter().enumerate();
+        if let Some((k, z)) = of_exit.find(|&(k, z)| !(z.is_finite() && glass((k, z)) > 0.0)) {
+            let (i, j, below) = (k % self.exit.nx, k / self.exit.nx, self.entry_below(self.exit.place(k)));
+            let why = format!("the height at column {i}, row {j} is {z} mm, not above the entry face at {below} mm");
+            return Err(BlockError::Grid { why });
+        }
+        let Some(entry) = &self.entry else { return Ok(()) };
+        let glass = |k: usize| self.exit.height_between_nodes(entry.place(k)) - entry.heights[k];
+        let Some(k) = (0..entry.heights.len()).find(|&k| glass(k).is_nan() || glass(k) <= 0.0) else { return Ok(()) };
+        let (i, j, z) = (k % entry.nx, k / entry.nx, entry.heights[k]);
+        let why = format!("the entry face at column {i}, row {j} is at {z} mm, not below the exit face");
+        Err(BlockError::Grid { why })
+    }
+
+    /// Height of the entry face under a point of the plan, mm.
+    fn entry_below(&self, at: DVec2) -> f64 {
+        self.entry.as_ref().map_or(self.entry_z, |entry| entry.height_between_nodes(at))
     }
 
     /// The same block with an entry face of another size: with glass around the exit face by which
@@ -83,7 +87,9 @@ impl Block {
     /// # Errors
     /// [`BlockError::Grid`] for an entry face that does not reach under all of the exit face.
     pub fn with_entry_face(mut self, lower_mm: DVec2, upper_mm: DVec2) -> Result<Self, BlockError> {
-        if !(lower_mm.cmple(self.lower).all() && upper_mm.cmpge(self.upper).all() && (upper_mm - lower_mm).is_finite())
+        if !(lower_mm.cmple(self.exit.lower).all()
+            && upper_mm.cmpge(self.exit.upper).all()
+            && (upper_mm - lower_mm).is_finite())
         {
             return Err(BlockError::Grid {
                 why: format!("an entry face from {lower_mm} mm to {upper_mm} mm is not under all of the exit face"),
@@ -97,15 +103,9 @@ impl Block {
     /// of it.
     #[must_use]
     pub fn with_spline(mut self) -> Self {
-        self.spline = Some(self.spline());
+        self.exit = self.exit.with_spline();
+        self.entry = self.entry.map(Relief::with_spline);
         self
-    }
-
-    /// The spline through the nodes.
-    pub(crate) fn spline(&self) -> Arc<Bicubic> {
-        let (lower, upper) = (self.lower.to_array(), self.upper.to_array());
-        let through = || Arc::new(Bicubic::through(&self.heights, self.nx, self.ny, lower, upper));
-        self.spline.clone().unwrap_or_else(through)
     }
 
     /// The same block cut off along the walls below a closed curve of points, mm: nodes beyond it
@@ -117,8 +117,7 @@ impl Block {
     pub fn trimmed_to(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
         let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
         let mut outline = Outline::new(around, Vec::new()).ok_or_else(refused)?;
-        outline.known =
-            (0..self.heights.len()).map(|k| outline.covers(self.node(k % self.nx, k / self.nx).truncate())).collect();
+        outline.known = (0..self.exit.heights.len()).map(|k| outline.covers(self.exit.place(k))).collect();
         self.outline = Some(Arc::new(outline));
         Ok(self)
     }
@@ -130,7 +129,7 @@ impl Block {
 
     /// Nodes of the exit face along x and y.
     pub fn nodes(&self) -> (usize, usize) {
-        (self.nx, self.ny)
+        (self.exit.nx, self.exit.ny)
     }
 
     /// The plane of the rim around the exit face, mm, if there is one. Light that would hit a rim
@@ -141,10 +140,10 @@ impl Block {
 
     /// Size of the exit face along x and y, mm.
     pub fn size_mm(&self) -> DVec2 {
-        self.upper - self.lower
+        self.exit.upper - self.exit.lower
     }
 
-    /// Position of the entry face, mm.
+    /// Position of the entry face, mm; of one that is not planar, the mean of its nodes.
     pub fn entry_z_mm(&self) -> f64 {
         self.entry_z
     }
@@ -195,7 +194,7 @@ impl Block {
 
     /// Heights of the exit face at its nodes, mm, row-major: rows along `+y`, columns along `+x`.
     pub fn heights_mm(&self) -> &[f64] {
-        &self.heights
+        &self.exit.heights
     }
 
     /// Mean of the node heights, mm: 0 in a file that keeps to the frame.
@@ -203,57 +202,52 @@ impl Block {
         if let Some(outline) = &self.outline {
             // The file leaves out nodes that are next to the outline; where they would be, the face
             // is known too.
-            let within = |k: &usize| outline.covers(self.node(k % self.nx, k / self.nx).truncate());
-            let (sum, count) = (0..self.heights.len())
+            let within = |&k: &usize| outline.covers(self.exit.place(k));
+            let (sum, count) = (0..self.exit.heights.len())
                 .filter(within)
-                .fold((0.0, 0), |(sum, count), k| (sum + self.heights[k], count + 1));
+                .fold((0.0, 0), |(sum, count), k| (sum + self.exit.heights[k], count + 1));
             return sum / f64::from(count);
         }
-        self.heights.chunks(self.nx).map(|row| row.iter().sum::<f64>()).sum::<f64>() / self.heights.len() as f64
+        self.exit.mean_mm()
     }
 
     /// Least and greatest height of the file's vertices on the exit face, mm.
     pub fn height_range_mm(&self) -> (f64, f64) {
-        let nodes = (0..self.heights.len()).filter(|&k| self.knows(k)).map(|k| self.heights[k]);
+        let nodes = (0..self.exit.heights.len()).filter(|&k| self.knows(k)).map(|k| self.exit.heights[k]);
         let outline = self.outline.iter().flat_map(|outline| outline.heights());
         nodes.chain(outline).fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), z| (lo.min(z), hi.max(z)))
     }
 
-    /// Glass between the entry face and the lowest point of the exit face, mm.
+    /// The least glass between the faces along the axis, mm: between the entry face and the lowest
+    /// point of the exit face, or, where both have a relief, at the nodes of either.
     pub fn min_thickness_mm(&self) -> f64 {
-        self.height_range_mm().0 - self.entry_z
+        let Some(entry) = &self.entry else { return self.height_range_mm().0 - self.entry_z };
+        let of_exit = (0..self.exit.heights.len()).map(|k| self.exit.heights[k] - self.entry_below(self.exit.place(k)));
+        let of_entry =
+            (0..entry.heights.len()).map(|k| self.exit.height_between_nodes(entry.place(k)) - entry.heights[k]);
+        of_exit.chain(of_entry).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Nodes along x and y of an entry face that is not planar, and their heights, mm, row-major:
+    /// rows along `+y`, columns along `+x`, over the same rectangle as the exit face.
+    pub fn entry_heights_mm(&self) -> Option<((usize, usize), &[f64])> {
+        self.entry.as_ref().map(|entry| ((entry.nx, entry.ny), &entry.heights[..]))
+    }
+
+    /// Greatest z of the exit face, or of a rim around it, mm.
+    pub fn highest_mm(&self) -> f64 {
+        self.height_range_mm().1.max(self.rim_z.unwrap_or(f64::NEG_INFINITY))
+    }
+
+    /// Least z of the entry face, mm.
+    pub fn lowest_mm(&self) -> f64 {
+        self.entry.as_ref().map_or(self.entry_z, |entry| entry.range_mm().0)
     }
 
     /// Whether the file gives normals at the nodes of the exit face.
     pub fn has_normals(&self) -> bool {
         self.normals.is_some()
     }
-
-    /// Position of node `(i, j)`, mm. The ends are exact.
-    #[inline]
-    pub(crate) fn node(&self, i: usize, j: usize) -> DVec3 {
-        DVec3::new(self.xs[i], self.ys[j], self.heights[j * self.nx + i])
-    }
-
-    /// The grid lines on both sides of cell `(i, j)`, mm.
-    #[inline]
-    pub(crate) fn lines(&self, i: usize, j: usize) -> ([f64; 2], [f64; 2]) {
-        ([self.xs[i], self.xs[i + 1]], [self.ys[j], self.ys[j + 1]])
-    }
-}
-
-/// Demands that all heights are above the entry face.
-pub(super) fn above(heights: &[f64], nx: usize, entry_z_mm: f64) -> Result<(), BlockError> {
-    let Some(k) = heights.iter().position(|z| !(z.is_finite() && *z > entry_z_mm)) else { return Ok(()) };
-    let (i, j, z) = (k % nx, k / nx, heights[k]);
-    let why = format!("the height at column {i}, row {j} is {z} mm, not above the entry face at {entry_z_mm} mm");
-    Err(BlockError::Grid { why })
-}
-
-/// Places of `n` grid lines from `lo` to `hi`. The ends are exact.
-pub(super) fn places(n: usize, lo: f64, hi: f64) -> Vec<f64> {
-    let place = |k: usize| k as f64 / (n - 1) as f64;
-    (0..n).map(|k| lo * (1.0 - place(k)) + hi * place(k)).collect()
 }
 
 #[cfg(test)]
@@ -265,7 +259,7 @@ mod tests {
         let size = DVec2::new(20.0, 10.0);
         let block = Block::from_heights(size, -3.0, (5, 4), (0..20).map(f64::from).collect()).unwrap();
         assert_eq!((block.nodes(), block.size_mm(), block.min_thickness_mm()), ((5, 4), size, 3.0));
-        assert_eq!(block.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
+        assert_eq!(block.exit.node(4, 3), DVec3::new(10.0, 5.0, 19.0));
         assert!(Block::from_heights(size, -3.0, (5, 4), vec![0.0; 19]).is_err());
         assert!(Block::from_heights(size, -3.0, (3, 4), vec![0.0; 12]).is_err());
         let around = |radius: f64| -> Vec<DVec3> {

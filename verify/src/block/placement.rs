@@ -143,7 +143,7 @@ impl PlacedBlock {
             None if (low <= 0.0 && high >= 0.0) || by_mean.abs() <= tolerance => 0.0,
             _ => by_mean,
         };
-        let shift = (-0.5 * (block.lower + block.upper)).extend(z);
+        let shift = (-0.5 * (block.exit.lower + block.exit.upper)).extend(z);
         if shift.abs().max_element() > tolerance {
             self.placement.shift_mm = shift;
             self.mesh = self.mesh.moved(shift);

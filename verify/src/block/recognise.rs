@@ -5,8 +5,9 @@ use super::{
     cell::Diagonal,
     error::BlockError,
     grid::{VertexGrid, cells},
-    model::{Block, places},
+    model::Block,
     outline::{Outline, wall_tops},
+    relief::Relief,
 };
 use crate::{
     mesh::{Mesh, TrimmedFace},
@@ -98,16 +99,9 @@ impl Block {
         let framed = rim_z.is_some() && outline.is_some();
         let entry_outline = if framed { Some(around_entry(mesh, in_entry)?) } else { None };
         Ok(Self {
-            lower,
-            upper,
+            exit: Relief::new((lower, upper), (nx, ny), heights, diagonals),
             entry_z: lo.z,
-            nx,
-            ny,
-            xs: places(nx, lower.x, upper.x),
-            ys: places(ny, lower.y, upper.y),
-            heights: Arc::new(heights),
-            diagonals: Arc::new(diagonals),
-            spline: None,
+            entry: None,
             normals,
             slopes: None,
             rim_z,
@@ -123,18 +117,16 @@ impl Block {
         let (lo, hi) = mesh.bounds();
         let entry_outline = if face.rim_z_mm.is_some() { Some(around_entry(mesh, in_entry)?) } else { None };
         let block = Self {
-            lower,
-            upper,
+            exit: Relief::new(
+                (lower, upper),
+                (nx, ny),
+                face.heights_mm.clone(),
+                vec![Diagonal::Rising; (nx - 1) * (ny - 1)],
+            ),
             entry_z: lo.z,
-            nx,
-            ny,
-            xs: places(nx, lower.x, upper.x),
-            ys: places(ny, lower.y, upper.y),
-            heights: Arc::new(face.heights_mm.clone()),
-            diagonals: Arc::new(vec![Diagonal::Rising; (nx - 1) * (ny - 1)]),
+            entry: None,
             normals: None,
             slopes: None,
-            spline: None,
             rim_z: face.rim_z_mm,
             outline: None,
             entry_face: (lo.truncate(), hi.truncate()),

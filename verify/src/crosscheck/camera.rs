@@ -34,7 +34,7 @@ impl Camera {
             Optics::Refracts { .. } => block.entry_z,
             Optics::Reflects => 0.0,
         };
-        let middle = (0.5 * (block.lower + block.upper)).extend(plane_mm);
+        let middle = (0.5 * (block.exit.lower + block.exit.upper)).extend(plane_mm);
         let (source, forward) = light(scene);
         let up = (DVec3::Y - forward.y * forward).normalize();
         let right = forward.cross(up);
@@ -87,7 +87,7 @@ pub(super) fn hole(block: &Block, scene: &Scene) -> [DVec2; 2] {
         let inside = air.truncate() / scene.ior();
         inside * (high / (1.0 - inside.length_squared()).sqrt())
     };
-    let (lower, upper) = (block.lower, block.upper);
+    let (lower, upper) = (block.exit.lower, block.exit.upper);
     let middle = source.map_or(0.5 * (lower + upper), |source| source.truncate().clamp(lower, upper));
     let from = DVec2::new(-aside(DVec2::new(lower.x, middle.y)).x, -aside(DVec2::new(middle.x, lower.y)).y);
     let to = DVec2::new(aside(DVec2::new(upper.x, middle.y)).x, aside(DVec2::new(middle.x, upper.y)).y);
@@ -97,7 +97,10 @@ pub(super) fn hole(block: &Block, scene: &Scene) -> [DVec2; 2] {
 /// Half the side of a square about the axis that is three times as wide as block and window, mm.
 pub(super) fn reach_mm(block: &Block, scene: &Scene) -> f64 {
     let [from, to] = scene.window.corners_mm();
-    3.0 * [block.lower, block.upper, from, to].map(|corner| corner.abs().max_element()).into_iter().fold(0.0, f64::max)
+    3.0 * [block.exit.lower, block.exit.upper, from, to]
+        .map(|corner| corner.abs().max_element())
+        .into_iter()
+        .fold(0.0, f64::max)
 }
 
 /// The receiver's axes in the bench's frame, as columns.

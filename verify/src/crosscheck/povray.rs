@@ -93,8 +93,8 @@ pub(super) fn write(job: &Job, block: &Block, scene: &Scene, shaded: &ShadedMesh
         declare("Top_Z", block.height_range_mm().1)?;
         declare("Reach", reach_mm(block, scene))?;
         let mut pair = |name: &str, v: DVec2| writeln!(out, "#declare {name} = <{}, {}>;", v.x, v.y);
-        pair("Block_From", block.lower)?;
-        pair("Block_To", block.upper)?;
+        pair("Block_From", block.exit.lower)?;
+        pair("Block_To", block.exit.upper)?;
         match job.code {
             Code::Landings([from, to]) => {
                 pair("Landed_From", from)?;

@@ -125,8 +125,8 @@ impl Script {
             writeln!(out, "TOP_Z = {}", block.height_range_mm().1)?;
             writeln!(out, "REACH = {}", reach_mm(block, scene))?;
             let mut pair = |name: &str, v: DVec2| writeln!(out, "{name} = ({}, {})", v.x, v.y);
-            pair("BLOCK_FROM", block.lower)?;
-            pair("BLOCK_TO", block.upper)?;
+            pair("BLOCK_FROM", block.exit.lower)?;
+            pair("BLOCK_TO", block.exit.upper)?;
             let truth = |yes: bool| if yes { "True" } else { "False" };
             match job.code {
                 Code::Landings([from, to]) => {

@@ -20,10 +20,10 @@ impl ShadedMesh {
     /// normals that the verifier interpolates, everything else is flat. Of a face that is no
     /// rectangle, the vertices on its outline have the spline's.
     pub(super) fn new(mesh: &Mesh, block: &Block) -> Self {
-        let (lower, size) = (block.lower, block.size_mm());
+        let (lower, size) = (block.exit.lower, block.size_mm());
         let of_nodes = node_normals(block);
-        let cell = size / DVec2::new((block.nx - 1) as f64, (block.ny - 1) as f64);
-        let outlined = block.outline().map(|_| block.spline());
+        let cell = size / DVec2::new((block.exit.nx - 1) as f64, (block.exit.ny - 1) as f64);
+        let outlined = block.outline().map(|_| block.exit.spline());
         // Half a cell, seen from above: walls have no plan, and a rim has another place.
         let of_exit_face = |[a, b, c]: [DVec3; 3]| {
             if outlined.is_some() {
@@ -43,9 +43,9 @@ impl ShadedMesh {
                 let jet = spline.jet(v.x, v.y);
                 return DVec3::new(-jet.zx, -jet.zy, 1.0).normalize();
             }
-            let i = ((v.x - lower.x) / size.x * (block.nx - 1) as f64).round() as usize;
-            let j = ((v.y - lower.y) / size.y * (block.ny - 1) as f64).round() as usize;
-            of_nodes[j * block.nx + i]
+            let i = ((v.x - lower.x) / size.x * (block.exit.nx - 1) as f64).round() as usize;
+            let j = ((v.y - lower.y) / size.y * (block.exit.ny - 1) as f64).round() as usize;
+            of_nodes[j * block.exit.nx + i]
         };
         let mut shared = vec![u32::MAX; mesh.vertices.len()];
         let mut made = Self { positions: Vec::new(), normals: Vec::new(), triangles: Vec::new() };

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     block::{Block, corners, halves},
     image::Image,
-    trace::{End, FromFacet, RayPath, Row, Tracer},
+    trace::{End, FromFacet, RayPath, RayRow, Tracer},
 };
 use glam::DVec2;
 use rayon::prelude::*;
@@ -71,14 +71,16 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     };
     let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
     let columns = tracer.columns(&xs);
-    if columns.is_none() {
-        tracer.prepare_beams();
+    if columns.is_some() {
+        tracer.prepare_later()
+    } else {
+        tracer.prepare_beams()
     }
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
         .map(|band| {
-            let trace_row = |row: &mut Row, j: usize| {
+            let trace_row = |row: &mut RayRow, j: usize| {
                 let y = along(lower.y, upper.y, j, ny);
                 match &columns {
                     Some(columns) => tracer.path_row(columns, y, row),
@@ -88,13 +90,13 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                     }
                 }
             };
-            let (mut below, mut above) = (Row::default(), Row::default());
+            let (mut below, mut above) = (RayRow::default(), RayRow::default());
             let mut recorder = BeamRecorder { rays_left: CUT_RAYS * (nx + ROWS), ..BeamRecorder::on(&film) };
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
                 if below.lands() && above.lands() {
-                    let at = |row: &Row, i: usize| film.in_pixels(row.landings[i]);
+                    let at = |row: &RayRow, i: usize| film.in_pixels(row.landings[i]);
                     let (mut a, mut d) = (at(&below, 0), at(&above, 0));
                     for i in 1..=nx {
                         let (b, c) = (at(&below, i), at(&above, i));
@@ -124,19 +126,21 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
 /// of a point they err as those do on a smooth surface. `tracer` has been made for this block with
 /// [`Surface::Facets`](crate::Surface::Facets).
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
-    let (columns, rows) = (block.nx - 1, block.ny - 1);
+    let (columns, rows) = (block.exit.nx - 1, block.exit.ny - 1);
     let film = Film::new(&tracer.scene().window);
     let lines = tracer.facet_lines();
-    if lines.is_none() {
-        tracer.prepare_beams();
+    if lines.is_some() {
+        tracer.prepare_later()
+    } else {
+        tracer.prepare_beams()
     }
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {
             let mut recorder = BeamRecorder::on(&film);
             for i in 0..columns {
-                let nodes = corners(i, j).map(|(i, j)| block.node(i, j).truncate());
-                for half in halves(block.diagonals[j * columns + i]) {
+                let nodes = corners(i, j).map(|(i, j)| block.exit.node(i, j).truncate());
+                for half in halves(block.exit.diagonals[j * columns + i]) {
                     let corners = half.map(|k| nodes[k]);
                     let centre = corners.iter().sum::<DVec2>() / 3.0;
                     let inside = corners.map(|corner| corner.lerp(centre, INSIDE));

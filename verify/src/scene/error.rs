@@ -70,6 +70,32 @@ pub enum SceneError {
         /// How far the solid reaches through it, mm.
         by_mm: f64,
     },
+    /// Two blocks of a row are in one place.
+    #[error(
+        "block {first} of the row reaches {by_mm:.3} mm beyond the nearest point of the next: a gap of more than {least_mm:.3} mm parts them"
+    )]
+    Meet {
+        /// Which block, counted from 1.
+        first: usize,
+        /// By how much it reaches too far along the axis, mm.
+        by_mm: f64,
+        /// The gap that parts them, mm.
+        least_mm: f64,
+    },
+    /// A plane on the way of the light passes through a block, or lies before the first.
+    #[error(
+        "the plane at z = {z_mm} mm is not in air behind a block: block {block} of the row is from {from_mm:.3} to {to_mm:.3} mm"
+    )]
+    Plane {
+        /// The plane, mm.
+        z_mm: f64,
+        /// Which block it meets or comes before, counted from 1.
+        block: usize,
+        /// Least z of that block, mm.
+        from_mm: f64,
+        /// Greatest z of it, mm.
+        to_mm: f64,
+    },
     /// A table of intensities that is none.
     #[error(
         "row {row} of the table of intensities: angles must ascend within 0 and pi, intensities must not be negative, and one must be positive"
@@ -99,6 +125,6 @@ pub enum SceneError {
 }
 
 /// Refuses a number that is not in its range.
-pub(super) fn in_range(what: &'static str, value: f64, least: f64, greatest: f64) -> Result<(), SceneError> {
+pub(crate) fn in_range(what: &'static str, value: f64, least: f64, greatest: f64) -> Result<(), SceneError> {
     if (least..=greatest).contains(&value) { Ok(()) } else { Err(SceneError::Value { what, value, least, greatest }) }
 }

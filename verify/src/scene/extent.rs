@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn draws_are_uniform_and_independent() {
         let all = mean(|random| {
-            let ([a, b], [c, d]) = (random.pair(Purpose::Light), random.pair(Purpose::Finish));
+            let ([a, b], [c, d]) = (random.pair(Purpose::Light), random.pair(Purpose::Finish(0)));
             DVec3::new((a - 0.5) * (b - 0.5), (a - 0.5) * (c - 0.5), (b - 0.5) * (d - 0.5))
         });
         // Products of two uniform deviates have the variance 1/144.

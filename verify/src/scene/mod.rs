@@ -14,7 +14,8 @@ pub use optics::{Fresnel, Optics};
 pub use surface::{Geometry, Surface, Traversal};
 pub use window::Window;
 
-use error::{GREATEST_TILT_DEG, in_range};
+use error::GREATEST_TILT_DEG;
+pub(crate) use error::in_range;
 use glam::{DMat3, DQuat, DVec3};
 
 /// The optical bench: light, a solid of glass or a mirror, a receiver plane.
@@ -142,9 +143,17 @@ impl Scene {
         (turned != DVec3::ZERO).then(|| DMat3::from_quat(DQuat::from_scaled_axis(turned)))
     }
 
-    /// Checks everything that does not depend on the solid's shape, given its least and greatest
-    /// corner.
-    pub(crate) fn validate(&self, lower: DVec3, upper: DVec3) -> Result<(), SceneError> {
+    /// The corners of a box, given its least and greatest.
+    pub(crate) fn corners(lower: DVec3, upper: DVec3) -> [DVec3; 8] {
+        std::array::from_fn(|k| {
+            let pick = |bit: usize, lo: f64, hi: f64| if k >> bit & 1 == 0 { lo } else { hi };
+            DVec3::new(pick(0, lower.x, upper.x), pick(1, lower.y, upper.y), pick(2, lower.z, upper.z))
+        })
+    }
+
+    /// Checks everything that does not depend on the solid's shape, given the corners of what holds
+    /// it before it is turned.
+    pub(crate) fn validate(&self, corners: &[DVec3]) -> Result<(), SceneError> {
         if let Optics::Refracts { ior } = self.optics {
             in_range("the refractive index", ior, 1.000_001, 10.0)?;
         }
@@ -154,16 +163,14 @@ impl Scene {
         in_range("the roughness (rms slope)", self.roughness, 0.0, 1.0)?;
         self.spread.validate(&self.light)?;
         in_range("the angle by which the receiver is turned (radians)", self.receiver_turned.length(), 0.0, 7.0)?;
+        let top_mm = corners.iter().map(|corner| corner.z).fold(f64::NEG_INFINITY, f64::max);
         let block = Self::rotation(self.turned).unwrap_or(DMat3::IDENTITY);
-        let corners = std::array::from_fn(|k: usize| {
-            let pick = |bit: usize, lo: f64, hi: f64| if k >> bit & 1 == 0 { lo } else { hi };
-            block * DVec3::new(pick(0, lower.x, upper.x), pick(1, lower.y, upper.y), pick(2, lower.z, upper.z))
-        });
+        let corners: Vec<DVec3> = corners.iter().map(|&corner| block * corner).collect();
         self.validate_light(&corners)?;
-        self.validate_receiver(&corners, upper.z)
+        self.validate_receiver(&corners, top_mm)
     }
 
-    fn validate_light(&self, corners: &[DVec3; 8]) -> Result<(), SceneError> {
+    fn validate_light(&self, corners: &[DVec3]) -> Result<(), SceneError> {
         let sense = self.sense();
         match &self.light {
             &Light::Parallel { direction } => {
@@ -200,7 +207,7 @@ impl Scene {
         Ok(())
     }
 
-    fn validate_receiver(&self, corners: &[DVec3; 8], top_mm: f64) -> Result<(), SceneError> {
+    fn validate_receiver(&self, corners: &[DVec3], top_mm: f64) -> Result<(), SceneError> {
         let distance_mm = self.distance_mm;
         if distance_mm <= top_mm {
             return Err(SceneError::Receiver { distance_mm, top_mm });

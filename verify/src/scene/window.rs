@@ -27,7 +27,7 @@ impl Window {
         [self.centre_mm - 0.5 * self.size_mm, self.centre_mm + 0.5 * self.size_mm]
     }
 
-    pub(super) fn validate(&self) -> Result<(), SceneError> {
+    pub(crate) fn validate(&self) -> Result<(), SceneError> {
         in_range("the width of the window (mm)", self.size_mm.x, 1e-6, 1e9)?;
         in_range("the height of the window (mm)", self.size_mm.y, 1e-6, 1e9)?;
         in_range("the centre of the window along x (mm)", self.centre_mm.x, -1e9, 1e9)?;

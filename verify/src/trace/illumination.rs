@@ -13,9 +13,12 @@
 //! to the side of its source (Snell's law), and an area d g x d dg of the entry face has become
 //! (rho / g) g x drho.
 
-use super::refraction::{RefractionOutcome, refract};
+use super::{
+    refraction::{RefractionOutcome, refract},
+    stand::Stand,
+};
 use crate::scene::{BeamProfile, Emission, Fresnel, Light, Optics, Scene};
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 /// The rays of ideal light: parallel along a unit vector, or from a point, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +44,11 @@ impl Rays {
         }
     }
 
-    /// The same light in the frame that this matrix leads to.
-    fn turned(self, by: DMat3) -> Self {
+    /// The same light in the frame in which its own stands so.
+    fn seen(self, stand: &Stand) -> Self {
         match self {
-            Self::Parallel(direction) => Self::Parallel(by * direction),
-            Self::From(source) => Self::From(by * source),
+            Self::Parallel(direction) => Self::Parallel(stand.direction(direction)),
+            Self::From(source) => Self::From(stand.point(source)),
         }
     }
 }
@@ -114,8 +117,8 @@ pub(super) struct Arrival {
 #[derive(Clone, Debug)]
 pub(super) struct Illumination {
     strength: SourceFlux,
-    /// From the block's frame to the bench's, where they differ.
-    turned: Option<DMat3>,
+    /// How the block stands on the bench, where their frames differ.
+    stand: Option<Stand>,
     optics: Optics,
     entry_z: f64,
     fresnel: Fresnel,
@@ -125,34 +128,26 @@ pub(super) struct Illumination {
 const STEPS: usize = 60;
 
 impl Illumination {
-    pub(super) fn of(scene: &Scene, entry_z: f64) -> Self {
-        let plane_mm = match scene.optics {
-            Optics::Refracts { .. } => entry_z,
+    /// The light for a block that stands so; `belongs_mm` is where its mean exit plane belongs on
+    /// the bench.
+    pub(super) fn of(scene: &Scene, optics: Optics, entry_z: f64, stand: Option<Stand>, belongs_mm: f64) -> Self {
+        let plane_mm = match optics {
+            Optics::Refracts { .. } => belongs_mm + entry_z,
             Optics::Reflects => 0.0,
         };
-        Self {
-            strength: SourceFlux::of(scene, plane_mm),
-            turned: Scene::rotation(scene.turned),
-            optics: scene.optics,
-            entry_z,
-            fresnel: scene.fresnel,
-        }
+        Self { strength: SourceFlux::of(scene, plane_mm), stand, optics, entry_z, fresnel: scene.fresnel }
     }
 
     /// Rays of the bench in the block's frame.
     pub(super) fn in_block(&self, rays: Rays) -> Rays {
-        self.turned.map_or(rays, |turned| rays.turned(turned.transpose()))
+        self.stand.map_or(rays, |stand| rays.seen(&stand.inverse()))
     }
 
     /// The light of these rays (in the block's frame) at a point of the face; none where it comes
     /// from the wrong side.
     #[inline]
     pub(super) fn at(&self, rays: Rays, point: DVec3) -> Option<Arrival> {
-        let Optics::Refracts { ior } = self.optics else {
-            let direction = rays.direction_at(point);
-            let flux = self.across(rays, point) * -direction.z;
-            return (direction.z < 0.0).then_some(Arrival { direction, entered: point, flux, transmittance: 1.0 });
-        };
+        let Optics::Refracts { ior } = self.optics else { return self.in_air(rays, point) };
         match rays {
             Rays::Parallel(_) => {
                 let (inside, transmittance) = self.enter(rays, point)?;
@@ -176,6 +171,19 @@ impl Illumination {
         }
     }
 
+    /// The light of these rays at a point to which they come through air: of a mirror, or of an
+    /// entry face that is not planar.
+    #[inline]
+    pub(super) fn in_air(&self, rays: Rays, point: DVec3) -> Option<Arrival> {
+        let direction = rays.direction_at(point);
+        let along = match self.optics {
+            Optics::Refracts { .. } => direction.z,
+            Optics::Reflects => -direction.z,
+        };
+        let flux = self.across(rays, point) * along;
+        (along > 0.0).then_some(Arrival { direction, entered: point, flux, transmittance: 1.0 })
+    }
+
     /// Direction inside of the glass of the ray that enters at a point, and what the entry face
     /// lets through.
     #[inline]
@@ -195,9 +203,9 @@ impl Illumination {
     }
 
     fn across(&self, rays: Rays, at: DVec3) -> f64 {
-        match self.turned {
+        match self.stand {
             None => self.strength.across(rays, at),
-            Some(turned) => self.strength.across(rays.turned(turned), turned * at),
+            Some(stand) => self.strength.across(rays.seen(&stand), stand.point(at)),
         }
     }
 }
@@ -255,7 +263,7 @@ mod tests {
             let source = DVec3::new(0.0, 0.0, -60.0);
             let light = Light::Point { position_mm: source, emission, axis: None };
             let scene = Scene { light, ..Scene::new(1.5, 100.0, window) };
-            let illumination = Illumination::of(&scene, -12.0);
+            let illumination = Illumination::of(&scene, scene.optics, -12.0, None, 0.0);
             let edge = 40.0;
             let (_, _, g) = fan(1.5, 48.0, 12.0, edge);
             let wanted = flux_to(1.0 / (1.0 + g * g).sqrt());

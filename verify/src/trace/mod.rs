@@ -8,9 +8,12 @@ mod path;
 mod receiver;
 mod reentry;
 mod refraction;
+mod row;
 mod solid;
+mod stand;
 mod tracer;
 
-pub(crate) use block::{FromFacet, Row};
+pub(crate) use block::{FromFacet, RayRow};
 pub use path::{End, RayPath};
+pub use row::{Displacement, Row, RowBlock};
 pub use tracer::Tracer;

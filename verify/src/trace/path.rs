@@ -13,7 +13,7 @@ pub enum End {
     /// At a side wall, or at the solid again after leaving it. (Traced as a full solid: anywhere
     /// but on the receiver.)
     Side,
-    /// Past the solid without touching it.
+    /// Past the solid without touching it; in a row, past a block behind the first.
     Beside,
     /// Nowhere: the tracer failed. Never happens with a sound solid.
     Lost,
@@ -30,6 +30,9 @@ pub struct RayPath {
     /// Its power for the rectangle of plan that it stands for, in units of the mean over the
     /// aperture: how bright the light is there. 0 where the face lies in its own shadow.
     pub power: f64,
+    /// The block of a [row](crate::Row) at which it ends, counted from 0: of light that reaches the
+    /// receiver the last one.
+    pub block: u32,
     /// Rays of different signature took different kinds of ways: the map from aperture to receiver
     /// tears between them.
     pub(crate) signature: u32,
@@ -40,6 +43,6 @@ impl RayPath {
     pub(crate) const DARK: Self = Self { power: 0.0, ..Self::ended(End::Side, 1.0) };
 
     pub(crate) const fn ended(end: End, transmittance: f64) -> Self {
-        Self { end, transmittance, power: 1.0, signature: 0 }
+        Self { end, transmittance, power: 1.0, block: 0, signature: 0 }
     }
 }

@@ -16,6 +16,11 @@ impl Receiver {
         Self { distance_mm: scene.distance_mm, turned: Scene::rotation(scene.receiver_turned) }
     }
 
+    /// One that is not turned.
+    pub(super) fn across_axis(distance_mm: f64) -> Self {
+        Self { distance_mm, turned: None }
+    }
+
     /// Where it meets the axis, mm, if it is not turned.
     pub(super) fn distance_across_axis_mm(&self) -> Option<f64> {
         self.turned.is_none().then_some(self.distance_mm)

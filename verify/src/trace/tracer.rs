@@ -1,17 +1,18 @@
 //! A solid on a bench: one front for the tracer of blocks and that of any solid.
 
 use super::{
-    block::{BlockTracer, FacetLines, Lattice, Row},
+    block::{BlockTracer, FacetLines, Lattice, RayRow},
     path::{End, RayPath},
+    row::Row,
     solid::SolidTracer,
 };
 use crate::{
     block::Block,
     mesh::Mesh,
     random::PhotonRandom,
-    scene::{Optics, Scene, SceneError, SourceExtent},
+    scene::{Optics, Scene, SceneError, SourceExtent, Window},
 };
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// A solid on a bench, ready to be traced.
 #[derive(Debug)]
@@ -31,11 +32,41 @@ impl Tracer {
     /// the light to the mirror and the receiver.
     ///
     /// # Errors
-    /// A bench that cannot be, or no light on the exit face.
+    /// A bench that cannot be, or no light on the block; for an entry face that is not planar
+    /// another surface than the spline where it really is.
     pub fn for_block(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        let (lower, upper) = block.entry_face_mm();
-        scene.validate(lower.extend(block.entry_z_mm()), upper.extend(block.height_range_mm().1))?;
-        Ok(Self { scene: scene.clone(), kind: Kind::Block(Box::new(BlockTracer::new(block, scene)?)) })
+        Self::for_row(&Row::of(block), scene)
+    }
+
+    /// Prepares blocks in a row, from the light through one after the other to the receiver.
+    ///
+    /// # Errors
+    /// As of [`for_block`](Self::for_block); a row that cannot be, blocks that meet, a mirror in a
+    /// row.
+    pub fn for_row(row: &Row<'_>, scene: &Scene) -> Result<Self, SceneError> {
+        row.validate()?;
+        scene.validate(&row.corners(&row.stands()).concat())?;
+        if scene.optics == Optics::Reflects && row.blocks().len() > 1 {
+            return Err(SceneError::Needs("a mirror stands alone: light does not go through it to another block"));
+        }
+        Ok(Self { scene: scene.clone(), kind: Kind::Block(Box::new(BlockTracer::new(row, scene)?)) })
+    }
+
+    /// The same light on its way, as it passes the plane across the axis at `z_mm` of the bench:
+    /// before the receiver, beyond it, or between the blocks of a row, where z is negative. The
+    /// blocks behind the plane are not in the way.
+    ///
+    /// # Errors
+    /// [`SceneError::Plane`] for one that meets a block, or that lies before the first; a window
+    /// that cannot be; another solid than blocks.
+    pub fn on_plane(&self, z_mm: f64, window: Window) -> Result<Self, SceneError> {
+        window.validate()?;
+        let Kind::Block(block) = &self.kind else {
+            return Err(SceneError::Needs("only light behind a block can be seen on other planes than the receiver"));
+        };
+        let kind = Kind::Block(Box::new(block.on_plane(z_mm)?));
+        let scene = Scene { distance_mm: z_mm, receiver_turned: DVec3::ZERO, window, ..self.scene.clone() };
+        Ok(Self { scene, kind })
     }
 
     /// Prepares any sound solid: refraction anywhere, reflection inside, light that enters again.
@@ -45,8 +76,8 @@ impl Tracer {
     /// spread light, roughness), normals that the file has not, or no light.
     pub fn for_solid(mesh: &Mesh, scene: &Scene) -> Result<Self, SceneError> {
         let (lower, upper) = mesh.bounds();
-        scene.validate(lower, upper)?;
-        if scene.turned != glam::DVec3::ZERO {
+        scene.validate(&Scene::corners(lower, upper))?;
+        if scene.turned != DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
         }
         if scene.spread != SourceExtent::None || scene.roughness != 0.0 {
@@ -67,8 +98,9 @@ impl Tracer {
         &self.scene
     }
 
-    /// The rectangle (least and greatest corner, mm) over which light is counted: the plan of a
-    /// block's exit face, all of which is lit however oblique the light; of another solid, whatever
+    /// The rectangle (least and greatest corner, mm) over which light is counted: the plan of the
+    /// exit face of the first block (or of its entry face, if that is not planar), all of which is
+    /// lit however oblique the light; of another solid, whatever
     /// of its lowest plane the light for any part of it passes.
     pub fn aperture_mm(&self) -> (DVec2, DVec2) {
         match &self.kind {
@@ -118,6 +150,14 @@ impl Tracer {
         }
     }
 
+    /// How many blocks of a row light goes through; 1 for other solids.
+    pub fn blocks(&self) -> usize {
+        match &self.kind {
+            Kind::Block(block) => block.blocks(),
+            Kind::Solid(_) => 1,
+        }
+    }
+
     /// Makes ready what single rays need, before many ask for it at once.
     pub(crate) fn prepare(&self) {
         if let Kind::Block(block) = &self.kind {
@@ -132,6 +172,13 @@ impl Tracer {
         }
     }
 
+    /// The same for rows of rays, which look for the faces of later blocks only.
+    pub(crate) fn prepare_later(&self) {
+        if let Kind::Block(block) = &self.kind {
+            block.prepare_later();
+        }
+    }
+
     /// What rows of rays at these places along x have in common, if [`path_row`](Self::path_row)
     /// can follow them.
     pub(crate) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
@@ -142,7 +189,7 @@ impl Tracer {
     }
 
     /// The paths of [`path_at`](Self::path_at) for a row of rays, up to rounding.
-    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, row: &mut Row) {
+    pub(crate) fn path_row(&self, columns: &Lattice, y: f64, row: &mut RayRow) {
         if let Kind::Block(block) = &self.kind {
             block.path_row(columns, y, row);
         }
@@ -180,8 +227,6 @@ impl Tracer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Window;
-    use glam::DVec3;
 
     #[test]
     fn a_turned_plate_shifts_the_light_and_a_turned_prism_bends_it_by_snells_law() {

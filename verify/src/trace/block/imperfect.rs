@@ -33,12 +33,33 @@ impl Imperfect {
         }
     }
 
-    /// The normal that one photon finds. A facet that faces away from the light is not met by it.
-    pub(super) fn rough(&self, normal: DVec3, direction: DVec3, random: &PhotonRandom) -> DVec3 {
-        if self.roughness == 0.0 {
-            return normal;
-        }
-        let slopes = normal.truncate() / normal.z + self.roughness * random.normal_pair(Purpose::Finish);
+    /// What the finish of faces makes of one photon.
+    pub(super) fn finish<'a>(&self, random: &'a PhotonRandom) -> Option<Finish<'a>> {
+        (self.roughness != 0.0).then_some(Finish { roughness: self.roughness, random })
+    }
+}
+
+/// The finish of faces, as one photon finds it: independent on each of them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Finish<'a> {
+    roughness: f64,
+    random: &'a PhotonRandom,
+}
+
+impl Finish<'_> {
+    /// The normal of the exit face of a block, counted from 0.
+    pub(super) fn of_exit(&self, block: u32, normal: DVec3, direction: DVec3) -> DVec3 {
+        self.rough(2 * block, normal, direction)
+    }
+
+    /// The normal of its entry face, if that is not planar.
+    pub(super) fn of_entry(&self, block: u32, normal: DVec3, direction: DVec3) -> DVec3 {
+        self.rough(2 * block + 1, normal, direction)
+    }
+
+    /// A facet that faces away from the light is not met by it.
+    fn rough(&self, face: u32, normal: DVec3, direction: DVec3) -> DVec3 {
+        let slopes = normal.truncate() / normal.z + self.roughness * self.random.normal_pair(Purpose::Finish(face));
         let rough = slopes.extend(1.0).normalize();
         if rough.dot(direction) * normal.dot(direction) > 0.0 { rough } else { normal }
     }

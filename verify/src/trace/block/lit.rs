@@ -1,14 +1,16 @@
-//! The light that falls on the exit face, told by the point of the face that it lights.
+//! The light that falls on a face, told by the point of the face that it lights.
 //!
-//! Rays are counted over the plan of the exit face, each with the flux that its part of the face
-//! gets: so all of the face is lit, however oblique or wide the light is, and its border is where
-//! light ends. What reaches it by a side wall of the file's solid instead of the entry face ends
-//! there.
+//! Behind a planar entry face, and before a mirror, rays are counted over the plan of the exit face,
+//! each with the flux that its part of the face gets: so all of the face is lit, however oblique or
+//! wide the light is, and its border is where light ends. What reaches it by a side wall of the
+//! file's solid instead of the entry face ends there. Before an entry face that is not planar rays
+//! are counted over the plan of that.
 
 use super::{
+    body::{Face, Ray},
+    imperfect::Finish,
     incident::IncidentFlux,
-    tracer::{BlockTracer, Face},
-    walls::{WALL_MM, in_rectangle},
+    tracer::BlockTracer,
 };
 use crate::{
     random::PhotonRandom,
@@ -28,7 +30,7 @@ pub(super) struct LitPoint {
     /// Unit normal that turns the light.
     normal: DVec3,
     arrival: Arrival,
-    /// Flux per unit of area of the face's plan, less what [`Spent`] says.
+    /// Flux per unit of area of the face's plan.
     flux: f64,
 }
 
@@ -40,25 +42,21 @@ impl BlockTracer {
     /// The ray of ideal light that lights the face above a point of its plan.
     #[inline]
     pub(in crate::trace) fn path_at(&self, at: DVec2) -> RayPath {
-        if !self.block.covers(at) {
+        if !self.body.block.covers(at) {
             return RayPath::DARK;
         }
         if self.even {
             return self.path(at);
         }
         let Some(lit) = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit)) else { return RayPath::DARK };
-        let power = lit.flux / self.incident.mean;
-        if self.is_vignetted(&lit) {
-            return RayPath { power, ..RayPath::ended(End::Side, 1.0) };
-        }
-        RayPath { power, ..self.leave(lit.point, lit.normal, lit.arrival.direction, lit.arrival.transmittance) }
+        self.from_lit(&lit, lit.point, lit.normal, None)
     }
 
     /// The same, but the way to the face is followed forwards, through the search structure, and
     /// light and face are as imperfect as the random numbers make them.
     #[inline]
     pub(in crate::trace) fn followed_at(&self, at: DVec2, random: &PhotonRandom) -> RayPath {
-        if !self.block.covers(at) {
+        if !self.body.block.covers(at) {
             return RayPath::DARK;
         }
         if self.even && self.imperfect.is_none() {
@@ -66,23 +64,39 @@ impl BlockTracer {
         }
         let rays = self.imperfect.as_ref().map_or(self.rays, |i| self.illumination.in_block(i.rays(random)));
         let Some(lit) = self.lit(rays, at) else { return RayPath::DARK };
-        let power = lit.flux / self.incident.mean;
         if self.is_vignetted(&lit) {
-            return RayPath { power, ..RayPath::ended(End::Side, 1.0) };
+            return self.from_lit(&lit, lit.point, lit.normal, None);
         }
         let direction = lit.arrival.direction;
-        let origin = match self.optics {
-            Optics::Refracts { .. } => lit.arrival.entered,
-            Optics::Reflects => self.before(lit.point, direction),
+        let met = match (&self.body.entry, self.body.optics) {
+            (Some(entry), _) => entry.arrive(lit.point, direction),
+            (None, Optics::Refracts { .. }) => self.body.exit(&SearchRay::new(lit.arrival.entered, direction)),
+            (None, Optics::Reflects) => self.body.exit(&SearchRay::new(self.before(lit.point, direction), direction)),
         };
-        let (point, normal) = match self.exit(&SearchRay::new(origin, direction)) {
+        let (point, normal) = match met {
             Ok((point, _)) if point.distance_squared(lit.point) > SAME_MM * SAME_MM => return RayPath::DARK,
             Ok(met) => met,
             // At the border the spline reaches beyond its triangles.
             Err(_) => (lit.point, lit.normal),
         };
-        let normal = self.imperfect.as_ref().map_or(normal, |i| i.rough(normal, direction, random));
-        RayPath { power, ..self.leave(point, normal, direction, lit.arrival.transmittance) }
+        self.from_lit(&lit, point, normal, self.imperfect.as_ref().and_then(|i| i.finish(random)))
+    }
+
+    /// On from a point in the light, as it was found.
+    #[inline]
+    fn from_lit(&self, lit: &LitPoint, point: DVec3, normal: DVec3, finish: Option<Finish<'_>>) -> RayPath {
+        let power = lit.flux / self.incident.mean;
+        if self.is_vignetted(lit) {
+            return RayPath { power, ..RayPath::ended(End::Side, 1.0) };
+        }
+        let Arrival { direction, transmittance, .. } = lit.arrival;
+        let ray = Ray { point, direction, transmittance };
+        let left = if self.body.entry.is_some() {
+            self.body.enter(ray, normal, 0, finish).and_then(|inside| self.body.cross(inside, 0, finish))
+        } else {
+            self.body.leave(ray, finish.map_or(normal, |finish| finish.of_exit(0, normal, direction)))
+        };
+        RayPath { power, ..self.onwards(left, finish) }
     }
 
     /// Angle of the light above a point to the normal of the face there, radians.
@@ -93,13 +107,13 @@ impl BlockTracer {
 
     /// How much light falls on the face.
     pub(super) fn incident(&self) -> IncidentFlux {
-        let size = self.block.upper - self.block.lower;
+        let size = self.body.block.exit.upper - self.body.block.exit.lower;
         let (mut sum, mut vignetted) = (0.0, 0.0);
         for j in 0..POINTS {
             let (mut row, mut row_vignetted) = (0.0, 0.0);
             for i in 0..POINTS {
                 let place = (DVec2::new(i as f64, j as f64) + 0.5) / POINTS as f64;
-                let Some(lit) = self.lit(self.rays, self.block.lower + place * size) else { continue };
+                let Some(lit) = self.lit(self.rays, self.body.block.exit.lower + place * size) else { continue };
                 row += lit.flux;
                 row_vignetted += if self.is_vignetted(&lit) { lit.flux } else { 0.0 };
             }
@@ -113,34 +127,39 @@ impl BlockTracer {
     /// from them.
     #[inline]
     fn lit(&self, rays: Rays, at: DVec2) -> Option<LitPoint> {
-        if !self.block.covers(at) {
+        if !self.body.block.covers(at) {
             return None;
         }
-        let (point, facing, normal) = self.face_above(at);
-        let arrival = self.illumination.at(rays, point)?;
+        let (point, facing, normal, arrival) = if let Some(entry) = &self.body.entry {
+            let (point, facing) = entry.above(at);
+            (point, facing, facing.normalize(), self.illumination.in_air(rays, point)?)
+        } else {
+            let (point, facing, normal) = self.face_above(at);
+            (point, facing, normal, self.illumination.at(rays, point)?)
+        };
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
         (flux > 0.0).then_some(LitPoint { point, normal, arrival, flux })
     }
 
-    /// A point of the face, the normal of its shape (with z = 1), and the unit normal that turns
+    /// A point of the exit face, the normal of its shape (with z = 1), and the unit normal that turns
     /// light.
     #[inline]
     fn face_above(&self, at: DVec2) -> (DVec3, DVec3, DVec3) {
-        if self.geometry == Geometry::NormalMappedPlane {
-            return (at.extend(0.0), DVec3::Z, self.normal_above(at));
+        if self.body.geometry == Geometry::NormalMappedPlane {
+            return (at.extend(0.0), DVec3::Z, self.body.normal_above(at));
         }
-        match &self.face {
+        match &self.body.face {
             Face::Spline(spline) => {
                 let jet = spline.jet(at.x, at.y);
                 let facing = DVec3::new(-jet.zx, -jet.zy, 1.0);
                 (at.extend(jet.z), facing, facing.normalize())
             }
             _ => {
-                let hit = self.hit_at(at);
-                let [a, b, c] = self.nodes_of(&hit).map(|(i, j)| self.block.node(i, j));
+                let hit = self.body.exit.hit_at(at);
+                let [a, b, c] = self.body.exit.nodes_of(&hit).map(|(i, j)| self.body.block.exit.node(i, j));
                 let facing = (b - a).cross(c - a);
                 let z = hit.crossing.weights.dot(DVec3::new(a.z, b.z, c.z));
-                (at.extend(z), facing / facing.z, self.flat_normal(&hit))
+                (at.extend(z), facing / facing.z, self.body.flat_normal(&hit))
             }
         }
     }
@@ -149,51 +168,30 @@ impl BlockTracer {
     #[inline]
     fn is_hidden(&self, lit: &LitPoint) -> bool {
         let direction = lit.arrival.direction;
-        if self.geometry == Geometry::NormalMappedPlane || self.is_steep(direction) {
+        if let Some(entry) = &self.body.entry {
+            return entry.is_hidden(lit.point, direction);
+        }
+        if self.body.geometry == Geometry::NormalMappedPlane || self.body.exit.is_steep(direction) {
             return false;
         }
         // Back from the face: out of the glass and into it again, or, before a mirror, into its
         // back.
-        let leaves = matches!(self.optics, Optics::Refracts { .. });
+        let leaves = matches!(self.body.optics, Optics::Refracts { .. });
         let back = SearchRay::new(lit.point, -direction);
-        let before = self.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
-        before.is_some_and(|hit| self.block.covers(back.at(hit.crossing.t).truncate()))
+        let before = self.body.exit.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
+        before.is_some_and(|hit| self.body.block.covers(back.at(hit.crossing.t).truncate()))
     }
 
     /// Whether light comes to this point by a side wall of the solid, or past a rim that shades it.
     #[inline]
     fn is_vignetted(&self, lit: &LitPoint) -> bool {
-        let (point, entered, direction) = (lit.point, lit.arrival.entered, lit.arrival.direction);
-        let block = &self.block;
-        if self.optics == Optics::Reflects {
-            return self.meets_the_rim(point, -direction);
-        }
-        let entered = entered.truncate();
-        if !block.is_rectangular() {
-            if block.covers(entered) {
-                return false;
-            }
-            // Through the rim: it must come in below its top.
-            let back = || point.z + block.leaves_at(point.truncate(), entered) * (lit.arrival.entered.z - point.z);
-            return !block.enters(entered) || block.rim_z_mm().is_none_or(|top| back() > top + WALL_MM);
-        }
-        if in_rectangle(entered, (block.lower, block.upper)) {
-            return false;
-        }
-        if !in_rectangle(entered, block.entry_face_mm()) {
-            return true;
-        }
-        // Through the rim: it must come in below its top.
-        let d = direction.truncate();
-        let wall = DVec2::select(d.cmpgt(DVec2::ZERO), block.lower, block.upper);
-        let back = ((point.truncate() - wall) / d).to_array();
-        let back = back.into_iter().filter(|t| t.is_finite()).fold(f64::INFINITY, f64::min).max(0.0);
-        block.rim_z_mm().is_some_and(|top| point.z - back * direction.z > top + WALL_MM)
+        let Arrival { entered, direction, .. } = lit.arrival;
+        self.body.entry.is_none() && self.body.is_vignetted(lit.point, entered, direction)
     }
 
     /// Where a ray begins that comes from the receiver's side to a point.
     #[inline]
     pub(super) fn before(&self, point: DVec3, direction: DVec3) -> DVec3 {
-        point + direction * ((self.highest_mm + 1.0 - point.z) / direction.z)
+        point + direction * ((self.body.highest_mm + 1.0 - point.z) / direction.z)
     }
 }

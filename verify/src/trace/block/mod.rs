@@ -1,6 +1,7 @@
-//! Tracing a block: its exit face is a height field on a regular grid, in which much is known
-//! beforehand.
+//! Tracing blocks: their faces are planes and height fields on regular grids, in which much is
+//! known beforehand.
 
+mod body;
 mod hit;
 mod imperfect;
 mod incident;
@@ -11,5 +12,5 @@ mod tracer;
 mod walls;
 
 pub(in crate::trace) use rows::{FacetLines, Lattice};
-pub(crate) use rows::{FromFacet, Row};
+pub(crate) use rows::{FromFacet, RayRow};
 pub(in crate::trace) use tracer::BlockTracer;

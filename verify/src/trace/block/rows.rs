@@ -2,7 +2,10 @@
 //! Where light goes straight up, what it meets is known, and what neighbours share is computed
 //! once.
 
-use super::tracer::{BlockTracer, Face, mixed};
+use super::{
+    body::{Face, Ray, mixed},
+    tracer::BlockTracer,
+};
 use crate::{
     block::{Half, corners, halves},
     scene::{Fresnel, Geometry, Optics, Traversal},
@@ -34,7 +37,7 @@ pub(crate) struct Column {
 
 /// Where the rays of a row of a lattice land. Kept from row to row for its memory.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Row {
+pub(crate) struct RayRow {
     /// Landing points on the receiver, mm, if every ray lands there with all of its power.
     pub(crate) landings: Vec<DVec2>,
     /// All that there is to know of every ray, if that is not so.
@@ -43,7 +46,7 @@ pub(crate) struct Row {
     scratch: Vec<[f64; 2]>,
 }
 
-impl Row {
+impl RayRow {
     /// Whether every ray lands on the receiver, with all of its power.
     pub(crate) fn lands(&self) -> bool {
         self.paths.is_empty()
@@ -90,15 +93,15 @@ impl AxialBench {
 impl BlockTracer {
     /// This bench, if it is the simplest.
     fn plain(&self) -> Option<AxialBench> {
-        let Optics::Refracts { ior } = self.optics else { return None };
+        let Optics::Refracts { ior } = self.body.optics else { return None };
         let distance_mm = self.receiver.distance_across_axis_mm()?;
-        let simple = self.even && self.turned.is_none() && self.fresnel == Fresnel::Off;
+        let simple = self.even && self.stand.is_none() && self.later.is_empty() && self.body.fresnel == Fresnel::Off;
         simple.then(|| AxialBench {
             ior,
             distance_mm,
-            rim_z: self.block.rim_z_mm().unwrap_or(f64::NEG_INFINITY),
-            steepest2: match self.geometry {
-                Geometry::Displaced => self.steepest * self.steepest,
+            rim_z: self.body.block.rim_z_mm().unwrap_or(f64::NEG_INFINITY),
+            steepest2: match self.body.geometry {
+                Geometry::Displaced => self.body.exit.steepest * self.body.exit.steepest,
                 Geometry::NormalMappedPlane => 0.0,
             },
         })
@@ -107,8 +110,8 @@ impl BlockTracer {
     /// What rows of rays at these places along x have in common, if their paths can be followed row
     /// by row.
     pub(in crate::trace) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
-        match &self.face {
-            _ if !self.even || !self.block.is_rectangular() || self.traversal != Traversal::Grid => None,
+        match &self.body.face {
+            _ if !self.even || !self.body.block.is_rectangular() || self.body.traversal != Traversal::Grid => None,
             Face::Spline(spline) => Some(Lattice::Spline(xs.to_vec(), spline.columns(xs))),
             _ => {
                 let column = |&x: &f64| {
@@ -122,9 +125,9 @@ impl BlockTracer {
 
     /// The paths of the rays of a row, as [`path_at`](Self::path_at) finds them one by one, up to
     /// rounding.
-    pub(in crate::trace) fn path_row(&self, lattice: &Lattice, y: f64, row: &mut Row) {
+    pub(in crate::trace) fn path_row(&self, lattice: &Lattice, y: f64, row: &mut RayRow) {
         row.met.clear();
-        match (lattice, &self.face) {
+        match (lattice, &self.body.face) {
             (Lattice::Spline(xs, columns), Face::Spline(spline)) => {
                 spline.row(columns, y, &mut row.scratch, |k, jet| {
                     row.met.push(FacePoint { x: xs[k], z: jet.z, slope: DVec2::new(jet.zx, jet.zy) });
@@ -144,7 +147,7 @@ impl BlockTracer {
             }
             _ => unreachable!("the lattice was made for this face"),
         }
-        if self.geometry == Geometry::NormalMappedPlane {
+        if self.body.geometry == Geometry::NormalMappedPlane {
             row.met.iter_mut().for_each(|met| met.z = 0.0);
         }
         row.paths.clear();
@@ -158,11 +161,12 @@ impl BlockTracer {
             })
         });
         if !all_land {
-            let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, y, self.block.entry_z));
+            let transmittance = self.illumination.enter(self.rays, DVec3::new(0.0, y, self.body.block.entry_z));
             let transmittance = transmittance.map_or(1.0, |(_, transmittance)| transmittance);
             row.paths.extend(row.met.iter().map(|met| {
                 let normal = (-met.slope).extend(1.0).normalize();
-                self.leave(DVec3::new(met.x, y, met.z), normal, DVec3::Z, transmittance)
+                let ray = Ray { point: DVec3::new(met.x, y, met.z), direction: DVec3::Z, transmittance };
+                self.leave(ray, normal, None)
             }));
         }
     }
@@ -177,7 +181,7 @@ impl BlockTracer {
         met: &mut Vec<FacePoint>,
         slope: impl Fn(&dyn Fn() -> DVec2, [usize; 3], [f64; 3]) -> DVec2,
     ) {
-        let block = &self.block;
+        let block = &self.body.block.exit;
         let (j, v) = self.row_at(y);
         met.extend(columns.iter().map(|&Column { x, cell: i, part: u }| {
             let cut = halves(block.diagonals[j * (block.nx - 1) + i]);
@@ -198,8 +202,8 @@ impl BlockTracer {
     /// The slopes of one triangle of a cell: it has an edge along x and one along y.
     #[inline]
     fn slope_of(&self, (i, j): (usize, usize), half: Half) -> DVec2 {
-        let [a, b, c, d] = corners(i, j).map(|(i, j)| self.block.heights[j * self.block.nx + i]);
-        let (x, y) = self.block.lines(i, j);
+        let [a, b, c, d] = corners(i, j).map(|(i, j)| self.body.block.exit.heights[j * self.body.block.exit.nx + i]);
+        let (x, y) = self.body.block.exit.lines(i, j);
         let along_x = if half[..2] == [0, 1] { b - a } else { c - d };
         let along_y = if (half[0], half[2]) == (0, 3) { d - a } else { c - b };
         DVec2::new(along_x / (x[1] - x[0]), along_y / (y[1] - y[0]))
@@ -207,26 +211,28 @@ impl BlockTracer {
 
     /// The column of cells at a place, and how far across it that is.
     fn column_at(&self, x: f64) -> (usize, f64) {
-        let cell = ((x - self.block.lower.x) * self.cells_per_mm.x).clamp(0.0, (self.block.nx - 2) as f64) as usize;
-        let [from, to] = self.block.lines(cell, 0).0;
+        let cell = ((x - self.body.block.exit.lower.x) * self.body.exit.cells_per_mm.x)
+            .clamp(0.0, (self.body.block.exit.nx - 2) as f64) as usize;
+        let [from, to] = self.body.block.exit.lines(cell, 0).0;
         (cell, (x - from) / (to - from))
     }
 
     /// The row of cells at a place, and how far across it that is.
     fn row_at(&self, y: f64) -> (usize, f64) {
-        let cell = ((y - self.block.lower.y) * self.cells_per_mm.y).clamp(0.0, (self.block.ny - 2) as f64) as usize;
-        let [from, to] = self.block.lines(0, cell).1;
+        let cell = ((y - self.body.block.exit.lower.y) * self.body.exit.cells_per_mm.y)
+            .clamp(0.0, (self.body.block.exit.ny - 2) as f64) as usize;
+        let [from, to] = self.body.block.exit.lines(0, cell).1;
         (cell, (y - from) / (to - from))
     }
 
     /// Follows light along the axis that meets facets, where it is known which.
     pub(in crate::trace) fn facet_lines(&self) -> Option<FacetLines<'_>> {
         let known = self.even
-            && self.block.is_rectangular()
-            && matches!(self.face, Face::Facets)
-            && self.geometry == Geometry::Displaced;
+            && self.body.block.is_rectangular()
+            && matches!(self.body.face, Face::Facets)
+            && self.body.geometry == Geometry::Displaced;
         let transmittance =
-            self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.block.entry_z)).map(|(_, t)| t);
+            self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.body.block.entry_z)).map(|(_, t)| t);
         let plain = self.plain();
         transmittance.filter(|_| known).map(|transmittance| FacetLines { tracer: self, plain, transmittance })
     }
@@ -251,7 +257,7 @@ impl FacetLines<'_> {
     #[inline]
     pub(crate) fn from<const N: usize>(&self, cell: (usize, usize), half: Half, at: [DVec2; N]) -> FromFacet<N> {
         let (i, j) = corners(cell.0, cell.1)[half[0]];
-        let (corner, slope) = (self.tracer.block.node(i, j), self.tracer.slope_of(cell, half));
+        let (corner, slope) = (self.tracer.body.block.exit.node(i, j), self.tracer.slope_of(cell, half));
         let z = at.map(|at| corner.z + slope.dot(at - corner.truncate()));
         if let Some(plain) = &self.plain {
             let mut landings = at;
@@ -268,7 +274,8 @@ impl FacetLines<'_> {
         let mut k = 0;
         FromFacet::Paths(at.map(|at| {
             k += 1;
-            self.tracer.leave(at.extend(z[k - 1]), normal, DVec3::Z, self.transmittance)
+            let ray = Ray { point: at.extend(z[k - 1]), direction: DVec3::Z, transmittance: self.transmittance };
+            self.tracer.leave(ray, normal, None)
         }))
     }
 }
