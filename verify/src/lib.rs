@@ -91,8 +91,8 @@ mod trace;
 pub use self::image::Image;
 pub use block::{Block, BlockError, ExpectedPose, PlacedBlock, Placement};
 pub use estimate::{
-    Beams, Flux, MOST_BEAMS, PhotonAgreement, PhotonError, PhotonPlan, PhotonTally, TallyError, UnbiasedError, beams,
-    dispersion, facet_beams, metrics, photons,
+    Beams, Flux, Losses, MOST_BEAMS, PhotonAgreement, PhotonError, PhotonPlan, PhotonTally, PlaneLight, TallyError,
+    UnbiasedError, beams, dispersion, facet_beams, light_on_plane, metrics, photons,
 };
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};
 pub use scene::{

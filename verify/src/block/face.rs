@@ -2,7 +2,7 @@
 //! heights.
 
 use super::{error::BlockError, model::Block, relief::Relief};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -70,12 +70,21 @@ impl Block {
     /// # Errors
     /// [`BlockError::Grid`] for fewer than 4 nodes along a side, another number of heights, one
     /// that is not below the exit face, or a block with an outline or a rim.
-    pub fn with_entry_heights(mut self, nodes: (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
+    pub fn with_entry_heights(self, nodes: (usize, usize), heights: Vec<f64>) -> Result<Self, BlockError> {
         if self.outline.is_some() || self.entry_face != (self.exit.lower, self.exit.upper) {
             let why = "an entry face that is not planar lies under a rectangular exit face without a rim".into();
             return Err(BlockError::Grid { why });
         }
         let entry = Relief::from_heights(self.entry_face, nodes, heights)?;
+        self.on(entry)
+    }
+
+    /// A block between two faces.
+    pub(super) fn of_faces(exit: Relief, normals: Option<Vec<DVec3>>, entry: Relief) -> Result<Self, BlockError> {
+        Self { normals, ..Self::over(exit, f64::NEG_INFINITY) }.on(entry)
+    }
+
+    fn on(mut self, entry: Relief) -> Result<Self, BlockError> {
         self.entry_z = entry.mean_mm();
         self.entry = Some(entry);
         self.stands_on_its_entry()?;
@@ -93,7 +102,6 @@ impl Block {
 mod tests {
     use super::*;
     use crate::block::shading::node_normals;
-    use glam::DVec3;
 
     #[test]
     fn a_block_keeps_everything_but_its_face() {

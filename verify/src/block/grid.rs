@@ -1,4 +1,4 @@
-//! The regular grid of vertices under an exit face: its lines, and the two triangles of every cell.
+//! The regular grid of vertices of a face: its lines, and the two triangles of every cell.
 
 use super::{cell::Diagonal, error::BlockError, outline::wall_tops};
 use crate::{mesh::Mesh, spline::Bicubic};
@@ -8,9 +8,9 @@ use glam::{DVec2, DVec3};
 /// fine grid, and text with few digits a little more.
 const GRID_TOLERANCE: f64 = 0.02;
 
-/// The vertices of an exit face and their lines.
+/// The vertices of a face and their lines.
 pub(super) struct VertexGrid {
-    pub(super) exit: Vec<u32>,
+    vertices: Vec<u32>,
     pub(super) lo: DVec2,
     pub(super) hi: DVec2,
     pub(super) nx: usize,
@@ -33,7 +33,7 @@ impl VertexGrid {
                 why: format!("{nx} columns and {ny} rows do not hold {} vertices", exit.len()),
             });
         }
-        Ok(Self { exit, lo, hi, nx, ny })
+        Ok(Self { vertices: exit, lo, hi, nx, ny })
     }
 
     /// Demands that these vertices are a regular grid but for those where the walls end, which go
@@ -76,7 +76,29 @@ impl VertexGrid {
             });
         }
         let points = around.iter().map(|&v| mesh.vertices[v as usize]).collect();
-        Ok((Self { exit, lo: lo - before * spacing, hi: hi + after * spacing, nx, ny }, points))
+        Ok((Self { vertices: exit, lo: lo - before * spacing, hi: hi + after * spacing, nx, ny }, points))
+    }
+}
+
+impl VertexGrid {
+    /// The node of every vertex of the mesh (`u32::MAX` of those elsewhere), counted row by row, and
+    /// the vertex at every node (`u32::MAX` where there is none).
+    pub(super) fn nodes(&self, mesh: &Mesh) -> Result<(Vec<u32>, Vec<u32>), BlockError> {
+        let (nx, ny, extent) = (self.nx, self.ny, self.hi - self.lo);
+        let mut node_of = vec![u32::MAX; mesh.vertices.len()];
+        let mut vertex_at = vec![u32::MAX; nx * ny];
+        for &v in &self.vertices {
+            let p = mesh.vertices[v as usize];
+            let i = ((p.x - self.lo.x) / extent.x * (nx - 1) as f64).round() as usize;
+            let j = ((p.y - self.lo.y) / extent.y * (ny - 1) as f64).round() as usize;
+            let node = j * nx + i;
+            if vertex_at[node] != u32::MAX {
+                return Err(BlockError::Grid { why: format!("two vertices stand at column {i}, row {j}") });
+            }
+            vertex_at[node] = v;
+            node_of[v as usize] = node as u32;
+        }
+        Ok((node_of, vertex_at))
     }
 }
 

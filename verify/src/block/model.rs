@@ -42,21 +42,25 @@ impl Block {
         (nx, ny): (usize, usize),
         heights: Vec<f64>,
     ) -> Result<Self, BlockError> {
-        let plan = (-0.5 * size_mm, 0.5 * size_mm);
-        let exit = Relief::from_heights(plan, (nx, ny), heights)?;
-        let block = Self {
+        let exit = Relief::from_heights((-0.5 * size_mm, 0.5 * size_mm), (nx, ny), heights)?;
+        let block = Self::over(exit, entry_z_mm);
+        block.stands_on_its_entry()?;
+        Ok(block)
+    }
+
+    /// A rectangular block without a rim.
+    pub(super) fn over(exit: Relief, entry_z: f64) -> Self {
+        Self {
+            entry_face: (exit.lower, exit.upper),
             exit,
-            entry_z: entry_z_mm,
+            entry_z,
             entry: None,
             normals: None,
             slopes: None,
             rim_z: None,
             outline: None,
-            entry_face: plan,
             entry_outline: None,
-        };
-        block.stands_on_its_entry()?;
-        Ok(block)
+        }
     }
 
     /// Demands that all of the exit face is above the entry face.
@@ -85,8 +89,14 @@ impl Block {
     /// oblique light can come to all of it, as a rim lower than the face has.
     ///
     /// # Errors
-    /// [`BlockError::Grid`] for an entry face that does not reach under all of the exit face.
+    /// [`BlockError::Grid`] for an entry face that does not reach under all of the exit face, or
+    /// that is not planar.
     pub fn with_entry_face(mut self, lower_mm: DVec2, upper_mm: DVec2) -> Result<Self, BlockError> {
+        if self.entry.is_some() {
+            return Err(BlockError::Grid {
+                why: "an entry face that is not planar has the size of the exit face".into(),
+            });
+        }
         if !(lower_mm.cmple(self.exit.lower).all()
             && upper_mm.cmpge(self.exit.upper).all()
             && (upper_mm - lower_mm).is_finite())
@@ -113,8 +123,11 @@ impl Block {
     ///
     /// # Errors
     /// [`BlockError::Grid`] for points that do not go once around the middle of their bounds, seen
-    /// from it.
+    /// from it, and for an entry face that is not planar.
     pub fn trimmed_to(mut self, around: Vec<DVec3>) -> Result<Self, BlockError> {
+        if self.entry.is_some() {
+            return Err(BlockError::Grid { why: "an entry face that is not planar has no outline".into() });
+        }
         let refused = || BlockError::Grid { why: "the outline does not go once around the exit face".into() };
         let mut outline = Outline::new(around, Vec::new()).ok_or_else(refused)?;
         outline.known = (0..self.exit.heights.len()).map(|k| outline.covers(self.exit.place(k))).collect();

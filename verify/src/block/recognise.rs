@@ -18,8 +18,12 @@ use std::sync::Arc;
 
 /// Relative tolerance for "in the entry plane": f32 in metres, far from the origin, still passes.
 pub(super) const PLANE_TOLERANCE: f64 = 1e-5;
+/// The cosine to the axis from which on a triangle is a part of a face, and not of an upright wall.
+const UPRIGHT: f64 = 0.02;
+
 impl Block {
-    /// Recognises a block in a mesh.
+    /// Recognises a block in a mesh: a planar entry face under an exit face over a regular grid, or
+    /// two faces over regular grids under each other.
     ///
     /// # Errors
     /// A mesh that is not closed and oriented with a positive volume, or is another solid than a
@@ -34,6 +38,11 @@ impl Block {
 
     /// The same of a mesh that is known to be sound.
     pub(super) fn of_sound(mesh: &Mesh) -> Result<Self, BlockError> {
+        Self::on_a_plane(mesh).or_else(|planar| Self::between_reliefs(mesh).unwrap_or(Err(planar)))
+    }
+
+    /// A block whose entry face is the lowest plane.
+    fn on_a_plane(mesh: &Mesh) -> Result<Self, BlockError> {
         let (lo, hi) = mesh.bounds();
         let size = hi - lo;
         let plane = lo.z + PLANE_TOLERANCE * size.max_element().max(lo.z.abs());
@@ -68,21 +77,8 @@ impl Block {
             entry_face(mesh, in_entry, lo, plan_area(mesh))?;
             Ok(found)
         })?;
-        let VertexGrid { exit, lo: lower, hi: upper, nx, ny } = grid;
-        let extent = upper - lower;
-        let mut node_of = vec![u32::MAX; mesh.vertices.len()];
-        let mut vertex_at = vec![u32::MAX; nx * ny];
-        for &v in &exit {
-            let p = mesh.vertices[v as usize];
-            let i = ((p.x - lower.x) / extent.x * (nx - 1) as f64).round() as usize;
-            let j = ((p.y - lower.y) / extent.y * (ny - 1) as f64).round() as usize;
-            let node = j * nx + i;
-            if vertex_at[node] != u32::MAX {
-                return Err(BlockError::Grid { why: format!("two vertices stand at column {i}, row {j}") });
-            }
-            vertex_at[node] = v;
-            node_of[v as usize] = node as u32;
-        }
+        let (node_of, vertex_at) = grid.nodes(mesh)?;
+        let VertexGrid { lo: lower, hi: upper, nx, ny, .. } = grid;
         let known: Vec<bool> = vertex_at.iter().map(|&v| v != u32::MAX).collect();
         let height = |&v: &u32| mesh.vertices.get(v as usize).map_or(f64::NAN, |at| at.z);
         let mut heights: Vec<f64> = vertex_at.iter().map(height).collect();
@@ -111,6 +107,34 @@ impl Block {
         })
     }
 
+    /// A block whose faces both are height fields over one rectangle. None if what looks down is no
+    /// grid. A solid with one planar side stands on that.
+    fn between_reliefs(mesh: &Mesh) -> Option<Result<Self, BlockError>> {
+        let [below, above] = [-1.0, 1.0].map(|side| facing(mesh, side));
+        let lower = VertexGrid::over(mesh, below).ok()?;
+        let upper = VertexGrid::over(mesh, above).ok()?;
+        let off = (lower.lo - upper.lo).abs().max((lower.hi - upper.hi).abs()).max_element();
+        let size = (upper.hi - upper.lo).max_element();
+        if off > PLANE_TOLERANCE * size {
+            let why = format!("the faces on both sides have borders that lie {off:.3} mm beside each other");
+            return Some(Err(BlockError::Grid { why }));
+        }
+        let relief = |grid: &VertexGrid| {
+            let (node_of, vertex_at) = grid.nodes(mesh)?;
+            let (nx, ny) = (grid.nx, grid.ny);
+            let heights = vertex_at.iter().map(|&v| mesh.vertices[v as usize].z).collect();
+            let (diagonals, normals) = cells(mesh, &node_of, &vec![true; nx * ny], nx, ny)?;
+            Ok((Relief::new((grid.lo, grid.hi), (nx, ny), heights, diagonals), normals))
+        };
+        let faces = relief(&upper).and_then(|exit| Ok((exit, relief(&lower)?.0)));
+        let block = faces.and_then(|((exit, normals), entry)| Self::of_faces(exit, normals, entry));
+        let planar = |block: &Self| {
+            let (low, high) = block.height_range_mm();
+            high - low <= PLANE_TOLERANCE * size
+        };
+        block.map_or_else(|error| Some(Err(error)), |block| (!planar(&block)).then_some(Ok(block)))
+    }
+
     /// A block whose file has its exit face as a surface.
     fn of_trimmed_face(mesh: &Mesh, face: &TrimmedFace, in_entry: impl Fn(u32) -> bool) -> Result<Self, BlockError> {
         let ((nx, ny), lower, upper) = (face.nodes, face.lower_mm, face.upper_mm);
@@ -134,6 +158,19 @@ impl Block {
         };
         block.trimmed_to(face.outline_mm.clone())
     }
+}
+
+/// The vertices of all triangles that look up, or down: not of upright walls.
+fn facing(mesh: &Mesh, side: f64) -> Vec<u32> {
+    let mut faces = vec![false; mesh.vertices.len()];
+    for (k, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(k);
+        let area = (b - a).cross(c - a);
+        if side * area.z > UPRIGHT * area.length() {
+            triangle.iter().for_each(|&v| faces[v as usize] = true);
+        }
+    }
+    (0..mesh.vertices.len() as u32).filter(|&v| faces[v as usize]).collect()
 }
 
 /// The curve around the entry face.

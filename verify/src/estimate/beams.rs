@@ -23,8 +23,24 @@ pub struct Beams {
     pub image: Image,
     /// Where the light went.
     pub flux: Flux,
+    /// Of every block of a row, in the order in which light meets them, where it ended there; of
+    /// any other solid one.
+    pub losses: Vec<Losses>,
     /// Number of beams.
     pub beams: u64,
+}
+
+/// The light that ends at one block of a row, as parts of the light of the aperture.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Losses {
+    /// Is totally reflected inside of it.
+    pub totally_reflected: f64,
+    /// Meets a side wall of it, or its rim, or itself again; of the last block also what never
+    /// reaches the receiver.
+    pub side: f64,
+    /// Passes beside it.
+    pub beside: f64,
 }
 
 /// Most beams in all, for whose power the fixed-point sums have room, and most along a side.
@@ -91,7 +107,8 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                 }
             };
             let (mut below, mut above) = (RayRow::default(), RayRow::default());
-            let mut recorder = BeamRecorder { rays_left: CUT_RAYS * (nx + ROWS), ..BeamRecorder::on(&film) };
+            let recorder = BeamRecorder::on(&film, tracer);
+            let mut recorder = BeamRecorder { rays_left: CUT_RAYS * (nx + ROWS), ..recorder };
             trace_row(&mut below, band * ROWS);
             for j in band * ROWS..ny.min((band + 1) * ROWS) {
                 trace_row(&mut above, j + 1);
@@ -100,7 +117,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                     let (mut a, mut d) = (at(&below, 0), at(&above, 0));
                     for i in 1..=nx {
                         let (b, c) = (at(&below, i), at(&above, i));
-                        recorder.rasteriser.quadrilateral([a, b, c, d], UNIT, &mut recorder.tally);
+                        recorder.rasteriser.quadrilateral([a, b, c, d], UNIT, &mut recorder.landed);
                         (a, d) = (b, c);
                     }
                 } else {
@@ -113,11 +130,10 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
                 }
                 swap(&mut below, &mut above);
             }
-            recorder.tally
+            recorder.tally()
         })
-        .reduce(PowerTally::default, PowerTally::plus);
-    let beams = (nx * ny) as u64;
-    Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
+        .reduce(Tally::default, Tally::plus);
+    tally.beams(film, (nx * ny) as u64)
 }
 
 /// Cuts the light of a block into one beam for every flat triangle of its exit face, and traces
@@ -137,7 +153,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {
-            let mut recorder = BeamRecorder::on(&film);
+            let mut recorder = BeamRecorder::on(&film, tracer);
             for i in 0..columns {
                 let nodes = corners(i, j).map(|(i, j)| block.exit.node(i, j).truncate());
                 for half in halves(block.exit.diagonals[j * columns + i]) {
@@ -147,7 +163,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
                     let known = lines.as_ref().map(|lines| lines.from((i, j), half, inside));
                     let [a, b, c] = match known {
                         Some(FromFacet::Landings(at)) => {
-                            recorder.rasteriser.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut recorder.tally);
+                            recorder.rasteriser.triangle(at.map(|at| film.in_pixels(at)), UNIT, &mut recorder.landed);
                             continue;
                         }
                         Some(FromFacet::Paths(paths)) => paths,
@@ -161,12 +177,11 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
                     recorder.beam([a, b, middle, c], 1.0);
                 }
             }
-            recorder.tally
+            recorder.tally()
         })
-        .reduce(PowerTally::default, PowerTally::plus);
+        .reduce(Tally::default, Tally::plus);
     // All triangles have the same area as seen by the light: half a cell of a regular grid.
-    let beams = 2 * (columns * rows) as u64;
-    Beams { image: film.develop(tally.total()), flux: tally.flux(), beams }
+    tally.beams(film, 2 * (columns * rows) as u64)
 }
 
 /// How far inside a triangle its corners are traced, as a part of the way to its centre: far enough
@@ -189,18 +204,57 @@ fn is_cut([first, others @ ..]: &[RayPath; 4]) -> bool {
     others.iter().any(|path| kind(path) != kind(first))
 }
 
+/// Power by fate, and by the block at which it ended.
+#[derive(Clone, Debug, Default)]
+struct Tally {
+    /// Of every block; none before there is any light.
+    ended: Vec<PowerTally>,
+}
+
+impl Tally {
+    fn plus(mut self, other: Self) -> Self {
+        self.ended.resize(self.ended.len().max(other.ended.len()), PowerTally::default());
+        self.ended.iter_mut().zip(other.ended).for_each(|(sum, ended)| *sum = sum.plus(ended));
+        self
+    }
+
+    fn beams(self, film: Film, beams: u64) -> Beams {
+        let all = self.ended.iter().fold(PowerTally::default(), |sum, ended| sum.plus(*ended));
+        let part = |units: u128| units as f64 / all.total().max(1) as f64;
+        let losses = |of: &PowerTally| Losses {
+            totally_reflected: part(of.totally_reflected),
+            side: part(of.side),
+            beside: part(of.beside),
+        };
+        let losses = self.ended.iter().map(losses).collect();
+        Beams { image: film.develop(all.total()), flux: all.flux(), losses, beams }
+    }
+}
+
 /// Where beams are recorded.
 struct BeamRecorder<'a> {
     film: &'a Film,
     rasteriser: Rasteriser<'a>,
-    tally: PowerTally,
+    /// Of beams that land as a whole.
+    landed: PowerTally,
+    /// Of all others, by the block at which they end.
+    ended: Vec<PowerTally>,
     /// How many rays may still be traced to cut beams.
     rays_left: usize,
 }
 
 impl<'a> BeamRecorder<'a> {
-    fn on(film: &'a Film) -> Self {
-        Self { film, rasteriser: Rasteriser::on(film), tally: PowerTally::default(), rays_left: 0 }
+    fn on(film: &'a Film, tracer: &Tracer) -> Self {
+        let ended = vec![PowerTally::default(); tracer.blocks()];
+        Self { film, rasteriser: Rasteriser::on(film), landed: PowerTally::default(), ended, rays_left: 0 }
+    }
+
+    /// All that was recorded. What lands has passed the last block.
+    fn tally(mut self) -> Tally {
+        if let Some(last) = self.ended.last_mut() {
+            *last = last.plus(self.landed);
+        }
+        Tally { ended: self.ended }
     }
 
     /// Records a share of a beam between two corners; if the border of the light cuts it, in
@@ -242,7 +296,7 @@ impl<'a> BeamRecorder<'a> {
     /// Records a share of one beam.
     #[inline]
     fn beam(&mut self, paths: [RayPath; 4], share: f64) {
-        let Self { film, rasteriser, tally, .. } = self;
+        let Self { film, rasteriser, landed, ended, .. } = self;
         let mut landings = [DVec2::ZERO; 4];
         let mut together = true;
         let (mut power, mut arrives) = (0.0, 0.0);
@@ -258,12 +312,13 @@ impl<'a> BeamRecorder<'a> {
         if together {
             let all = in_units(power);
             let units = in_units(arrives).min(all);
-            rasteriser.quadrilateral(landings.map(|at| film.in_pixels(at)), units, tally);
-            tally.reflected += u128::from(all - units);
+            rasteriser.quadrilateral(landings.map(|at| film.in_pixels(at)), units, landed);
+            landed.reflected += u128::from(all - units);
         } else {
             for path in paths {
                 let all = in_units(0.25 * path.power);
                 let units = in_units(0.25 * path.power * path.transmittance).min(all);
+                let tally = &mut ended[path.block as usize];
                 film.record(path.end, units, tally);
                 tally.reflected += u128::from(all - units);
             }

@@ -7,8 +7,10 @@ mod film;
 mod flux;
 pub mod metrics;
 mod photons;
+mod plane_light;
 mod rasteriser;
 
-pub use beams::{Beams, MOST_BEAMS, beams, facet_beams};
+pub use beams::{Beams, Losses, MOST_BEAMS, beams, facet_beams};
 pub use flux::Flux;
 pub use photons::{PhotonAgreement, PhotonError, PhotonPlan, PhotonTally, TallyError, UnbiasedError, photons};
+pub use plane_light::{PlaneLight, light_on_plane};
