@@ -4,9 +4,9 @@ mod common;
 #[path = "../../tests/common/measured.rs"]
 mod measured;
 
-use common::{block, relief, stl};
-use glam::DVec2;
-use glasswarp_verify::{Block, BlockError, Mesh, load, solid};
+use common::{block, lens, relief, stl};
+use glam::{DMat3, DVec2, DVec3};
+use glasswarp_verify::{Block, BlockError, ExpectedPose, Mesh, PlacedBlock, Placement, load, solid};
 use measured::at_worst;
 use proptest::prelude::*;
 
@@ -30,6 +30,86 @@ fn an_exported_block_is_recognised_with_its_heights() {
     for (k, &z) in block.heights_mm().iter().enumerate() {
         assert_eq!(z, f64::from(sound().vertices[k].z as f32));
     }
+}
+
+/// A block with a relief on both sides.
+fn two_reliefs() -> Mesh {
+    lens((41, 31), SIZE, |x, y| relief(y, -x) - 12.0, relief)
+}
+
+fn obj(mesh: &Mesh) -> String {
+    let vertices = mesh.vertices.iter().map(|v| format!("v {} {} {}\n", v.x, v.y, v.z));
+    let faces = mesh.triangles.iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    vertices.chain(faces).collect()
+}
+
+fn off(mesh: &Mesh) -> String {
+    let vertices = mesh.vertices.iter().map(|v| format!("{} {} {}\n", v.x, v.y, v.z));
+    let faces = mesh.triangles.iter().map(|[a, b, c]| format!("3 {a} {b} {c}\n"));
+    let head = format!("OFF\n{} {} 0\n", mesh.vertices.len(), mesh.triangles.len());
+    [head].into_iter().chain(vertices).chain(faces).collect()
+}
+
+#[test]
+fn reliefs_on_both_sides_are_recognised_with_their_heights() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = two_reliefs();
+    for (name, bytes) in [("a.stl", stl(&mesh)), ("a.obj", obj(&mesh).into()), ("a.off", off(&mesh).into())] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).unwrap();
+        let block = Block::from_mesh(&load::read(&path).unwrap()).unwrap();
+        let (nodes, heights) = block.entry_heights_mm().unwrap();
+        assert_eq!((block.nodes(), nodes, block.size_mm()), ((41, 31), (41, 31), SIZE));
+        let wanted = |z: f64| if name == "a.off" { z } else { f64::from(z as f32) };
+        let nodes = heights.iter().chain(block.heights_mm()).zip(&mesh.vertices);
+        assert!(nodes.into_iter().all(|(z, at)| *z == wanted(at.z)), "{name}");
+        let mean = heights.iter().sum::<f64>() / heights.len() as f64;
+        assert!((block.entry_z_mm() - mean).abs() < 1e-12 && block.lowest_mm() < mean);
+        assert!(block.min_thickness_mm() > 9.0 && block.min_thickness_mm() < 12.0);
+    }
+}
+
+#[test]
+fn a_block_with_two_reliefs_is_found_as_it_stands_or_a_quarter_further() {
+    let mesh = two_reliefs();
+    let there = PlacedBlock::find(mesh.clone(), None).unwrap();
+    assert_eq!(there.placement, Placement::NONE);
+    let (exit, entry) = (there.block.heights_mm().to_vec(), there.block.entry_z_mm());
+    let away = PlacedBlock::find(mesh.clone().moved(DVec3::new(70.0, -20.0, 55.0)), None).unwrap();
+    let moved = away.placement.shift_mm + DVec3::new(70.0, -20.0, 55.0);
+    assert!((moved - DVec3::new(0.0, 0.0, -there.block.mean_exit_z_mm())).length() < 1e-9, "{moved}");
+    let stand = ExpectedPose { face_mm: SIZE, entry_z_mm: entry };
+    let mut turned = mesh;
+    turned.vertices.iter_mut().for_each(|v| *v = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2) * *v);
+    let found = PlacedBlock::find(turned, Some(&stand)).unwrap().turned_by_quarters(2, Some(&stand)).unwrap();
+    let off = found.block.heights_mm().iter().zip(&exit).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-9 && (found.block.entry_z_mm() - entry).abs() < 1e-9, "{off}");
+}
+
+#[test]
+fn a_solid_with_one_planar_side_stands_on_that() {
+    // A relief below, and above it a plane whose vertices are a grid.
+    let mesh = lens((41, 31), SIZE, |x, y| relief(y, -x) - 12.0, |_, _| 0.0);
+    assert!(matches!(Block::from_mesh(&mesh), Err(BlockError::EntryFace { .. })));
+    let found = PlacedBlock::find(mesh, None).unwrap();
+    assert!(found.block.entry_heights_mm().is_none() && found.placement.axis_and_angle().is_some());
+}
+
+#[test]
+fn what_is_no_pair_of_reliefs_is_refused_by_its_fault() {
+    let fault = |change: &dyn Fn(&mut Mesh)| {
+        let mut mesh = two_reliefs();
+        change(&mut mesh);
+        Block::from_mesh(&mesh).unwrap_err().to_string()
+    };
+    // The exit face is leant over, and so its border lies elsewhere.
+    let first = 41 * 31;
+    let leant = fault(&|m| m.vertices[first..].iter_mut().for_each(|v| v.x += 0.1));
+    assert!(leant.contains("0.100 mm beside each other"), "{leant}");
+    let bent = fault(&|m| m.vertices[first + 20 * 41 + 17].x += 0.3);
+    assert!(bent.contains("no planar entry face") || bent.contains("no regular grid"), "{bent}");
+    let cut = fault(&|m| m.vertices[20 * 41 + 17].z += 13.0);
+    assert!(cut.contains("not below the exit face") || cut.contains("not above the entry face"), "{cut}");
 }
 
 #[test]

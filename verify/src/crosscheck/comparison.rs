@@ -40,8 +40,11 @@ impl<'a> Comparison<'a> {
     /// losses are chosen by each comparison; image mode takes the scene's window.
     ///
     /// # Errors
-    /// A turned block, or a bench that cannot be.
+    /// A turned block, an entry face that is not planar, or a bench that cannot be.
     pub fn new(mesh: &'a Mesh, block: &'a Block, scene: &Scene) -> Result<Self, SceneError> {
+        if block.entry_heights_mm().is_some() {
+            return Err(SceneError::Needs("renderers are shown blocks with a planar entry face only"));
+        }
         if scene.turned != DVec3::ZERO {
             return Err(SceneError::Needs(
                 "renderers are shown blocks that are not turned: turn the light and the receiver",

@@ -7,46 +7,71 @@ use glasswarp_verify::{Block, Mesh, Optics, Scene, Surface, Tracer, Window};
 /// A closed block: a height field over a regular grid, vertical walls, a fan of triangles as entry
 /// face.
 pub(crate) fn block(nx: usize, ny: usize, size: DVec2, entry_z: f64, height: impl Fn(f64, f64) -> f64) -> Mesh {
-    let mut vertices = Vec::new();
+    let mut mesh = Mesh::default();
+    let border = face(&mut mesh, (nx, ny), size, height);
+    let below: Vec<u32> = border
+        .iter()
+        .map(|&v| {
+            mesh.vertices.push(mesh.vertices[v as usize].truncate().extend(entry_z));
+            mesh.vertices.len() as u32 - 1
+        })
+        .collect();
+    let centre = mesh.vertices.len() as u32;
+    mesh.vertices.push(DVec3::new(0.0, 0.0, entry_z));
+    for k in 0..border.len() {
+        let next = (k + 1) % border.len();
+        let (a, b, c, d) = (border[k], border[next], below[next], below[k]);
+        mesh.triangles.extend([[a, d, c], [a, c, b], [centre, c, d]]);
+    }
+    mesh
+}
+
+/// A closed block between two height fields over the same grid.
+pub(crate) fn lens(
+    (nx, ny): (usize, usize),
+    size: DVec2,
+    entry: impl Fn(f64, f64) -> f64,
+    exit: impl Fn(f64, f64) -> f64,
+) -> Mesh {
+    let mut mesh = Mesh::default();
+    let below = face(&mut mesh, (nx, ny), size, entry);
+    mesh.triangles.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+    let border = face(&mut mesh, (nx, ny), size, exit);
+    for k in 0..border.len() {
+        let next = (k + 1) % border.len();
+        let (a, b, c, d) = (border[k], border[next], below[next], below[k]);
+        mesh.triangles.extend([[a, d, c], [a, c, b]]);
+    }
+    mesh
+}
+
+/// Adds a height field that faces up; returns its border, counter-clockwise from above.
+fn face(mesh: &mut Mesh, (nx, ny): (usize, usize), size: DVec2, height: impl Fn(f64, f64) -> f64) -> Vec<u32> {
+    let first = mesh.vertices.len() as u32;
     let along = |k: usize, n: usize, size: f64| size * (2.0 * k as f64 - (n - 1) as f64) / (2.0 * (n - 1) as f64);
     for j in 0..ny {
         for i in 0..nx {
             let (x, y) = (along(i, nx, size.x), along(j, ny, size.y));
-            vertices.push(DVec3::new(x, y, height(x, y)));
+            mesh.vertices.push(DVec3::new(x, y, height(x, y)));
         }
     }
-    let at = |i: usize, j: usize| (j * nx + i) as u32;
-    let mut triangles = Vec::new();
+    let at = |i: usize, j: usize| first + (j * nx + i) as u32;
     for j in 0..ny - 1 {
         for i in 0..nx - 1 {
             let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
             // Both cuts appear.
             if (i + j) % 3 == 0 {
-                triangles.extend([[a, b, d], [b, c, d]]);
+                mesh.triangles.extend([[a, b, d], [b, c, d]]);
             } else {
-                triangles.extend([[a, b, c], [a, c, d]]);
+                mesh.triangles.extend([[a, b, c], [a, c, d]]);
             }
         }
     }
-    // Once round the border, counter-clockwise from above.
     let mut border: Vec<u32> = (0..nx).map(|i| at(i, 0)).collect();
     border.extend((1..ny).map(|j| at(nx - 1, j)));
     border.extend((0..nx - 1).rev().map(|i| at(i, ny - 1)));
     border.extend((1..ny - 1).rev().map(|j| at(0, j)));
-    let below = vertices.len() as u32;
-    for &v in &border {
-        let p = vertices[v as usize];
-        vertices.push(DVec3::new(p.x, p.y, entry_z));
-    }
-    let centre = vertices.len() as u32;
-    vertices.push(DVec3::new(0.0, 0.0, entry_z));
-    let n = border.len() as u32;
-    for k in 0..n {
-        let next = (k + 1) % n;
-        let (a, b, c, d) = (border[k as usize], border[next as usize], below + next, below + k);
-        triangles.extend([[a, d, c], [a, c, b], [centre, c, d]]);
-    }
-    Mesh { vertices, triangles, ..Mesh::default() }
+    border
 }
 
 /// Binary STL in single precision.
