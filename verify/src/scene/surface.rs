@@ -33,7 +33,8 @@ pub enum Traversal {
     #[default]
     Bvh,
     /// Light along the axis is tried on the cell above it, which in a height field on a grid is the
-    /// one that it meets; all other rays go through the hierarchy. Only for a
+    /// one that it meets, and other rays that are steeper than the face on the cells where they are
+    /// as high as it; the rest goes through the hierarchy. Only for a
     /// [`Block`](crate::Block); two to three times as fast.
     Grid,
 }

@@ -14,6 +14,10 @@ use std::{ops::RangeInclusive, sync::OnceLock};
 /// heights. Rounding is many orders of magnitude less.
 const SLACK: f64 = 1e-6;
 
+/// How often a steep ray is taken to the height of the face before it is looked for; twice or three
+/// times will do.
+const APPROACHES: usize = 8;
+
 /// A cell of a face.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
@@ -31,6 +35,8 @@ pub(super) struct FaceSearch {
     pub(super) cells_per_mm: DVec2,
     /// Greatest slope: light that runs steeper than this crosses the face once at most.
     pub(super) steepest: f64,
+    /// Between least and greatest height, mm.
+    middle_mm: f64,
     /// Bounds the coordinates of places from which rays are followed to the face, mm.
     reach_mm: f64,
     /// Built when first needed, see [`FaceSearch::hierarchy`].
@@ -46,6 +52,7 @@ impl FaceSearch {
             traversal,
             cells_per_mm: DVec2::new((relief.nx - 1) as f64, (relief.ny - 1) as f64) / (relief.upper - relief.lower),
             steepest: relief.steepest(),
+            middle_mm: 0.5 * (low + high),
             reach_mm: 2.0 * across + low.abs().max(high.abs()).max(beyond_mm.abs()),
             hierarchy: OnceLock::new(),
             relief: relief.clone(),
@@ -93,14 +100,42 @@ impl FaceSearch {
     /// Where a ray meets the triangles of the face first.
     #[inline]
     pub(super) fn first_crossing(&self, ray: &SearchRay) -> Option<Hit> {
-        if self.traversal == Traversal::Grid && ray.direction.x == 0.0 && ray.direction.y == 0.0 {
-            // It crosses a height field once: if it meets the cell above it, that is the crossing.
-            let hit = self.cross(&self.cell(self.cell_above(ray.origin.truncate())), ray, |_| true);
+        if self.traversal == Traversal::Grid {
+            let hit = if ray.direction.x == 0.0 && ray.direction.y == 0.0 {
+                // It crosses a height field once: if it meets the cell above it, that is the crossing.
+                self.cross(&self.cell(self.cell_above(ray.origin.truncate())), ray, |_| true)
+            } else {
+                self.approach(ray)
+            };
             if hit.is_some() {
                 return hit;
             }
         }
         self.search(ray, |_| true)
+    }
+
+    /// The crossing of a ray that runs so steep that there is one at most, if it is found by going
+    /// to where the ray is as high as the face, as last seen, again and again. Not on an edge, where
+    /// more than one cell has it.
+    #[inline]
+    fn approach(&self, ray: &SearchRay) -> Option<Hit> {
+        if !self.is_steep(ray.direction) {
+            return None;
+        }
+        let mut z = self.middle_mm;
+        for _ in 0..APPROACHES {
+            let at = ray.at((z - ray.origin.z) / ray.direction.z).truncate();
+            let cell = self.cell(self.cell_above(at));
+            if let Some(hit) = self.cross(&cell, ray, |_| true) {
+                return (hit.crossing.weights.min_element() > 0.0).then_some(hit);
+            }
+            let (i, j) = self.place(cell.number);
+            let part = (at - self.relief.lower) * self.cells_per_mm - DVec2::new(i as f64, j as f64);
+            let DVec2 { x: u, y: v } = part.clamp(DVec2::ZERO, DVec2::ONE);
+            let [a, b, c, d] = cell.heights;
+            z = (a * (1.0 - u) + b * u) * (1.0 - v) + (d * (1.0 - u) + c * u) * v;
+        }
+        None
     }
 
     /// The nearest crossing of the face's triangles that `accept` lets pass.
