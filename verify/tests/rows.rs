@@ -526,6 +526,21 @@ fn the_peak_on_the_way_is_where_a_lens_has_its_focus() {
     assert!(peak(99.0).peak > 100.0 * near.peak && near.flux.missed == 0.0);
 }
 
+/// Smooth shading errs by what its triangles miss of the face, on both sides of a block.
+#[test]
+fn smooth_shading_of_two_reliefs_converges_to_the_spline() {
+    let worst = |cells: usize| {
+        let block = between(SIZE, (4 * cells + 1, 3 * cells + 1), of(ENTRY), of(EXIT));
+        let [smooth, spline] = [Surface::Smooth, Surface::Spline]
+            .map(|surface| Tracer::for_block(&block, &Scene { surface, ..scene(SIZE, 32, 90.0) }).unwrap());
+        let off = |start| (landing(&smooth, start) - landing(&spline, start)).length();
+        starts(SIZE, 0.7).map(|start| off(start + DVec2::new(0.013, 0.021))).fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (worst(10), worst(20));
+    let order = (coarse / fine).log2();
+    assert!((1.6..2.6).contains(&order), "order {order} from {coarse:e} to {fine:e}");
+}
+
 #[test]
 fn what_is_not_handled_is_refused_by_name() {
     let block = plate(SIZE, (9, 7), -10.0, |_, _| 0.0);
@@ -533,9 +548,8 @@ fn what_is_not_handled_is_refused_by_name() {
     let scene = scene(SIZE, 8, 100.0);
     let refused = |row: &Row<'_>, scene: &Scene| Tracer::for_row(row, scene).unwrap_err();
     let alone = Row::of(&lens);
-    for surface in [Surface::Smooth, Surface::Facets] {
-        assert!(matches!(refused(&alone, &Scene { surface, ..scene.clone() }), SceneError::Needs(_)));
-    }
+    let facets = Scene { surface: Surface::Facets, ..scene.clone() };
+    assert!(matches!(refused(&alone, &facets), SceneError::Needs(_)));
     let plane = Scene { geometry: Geometry::NormalMappedPlane, ..scene.clone() };
     assert!(matches!(refused(&alone, &plane), SceneError::Needs(_)));
     let row = Row::of(&block).then(5.0, &block);

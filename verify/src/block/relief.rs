@@ -3,6 +3,7 @@
 use super::{cell::Diagonal, error::BlockError};
 use crate::spline::Bicubic;
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 use std::sync::Arc;
 
 /// A height field on a regular grid, each cell of which is cut into two triangles.
@@ -68,6 +69,17 @@ impl Relief {
         let (lower, upper) = (self.lower.to_array(), self.upper.to_array());
         let through = || Arc::new(Bicubic::through(&self.heights, self.nx, self.ny, lower, upper));
         self.spline.clone().unwrap_or_else(through)
+    }
+
+    /// Unit normals of the spline at the nodes.
+    pub(crate) fn normals(&self) -> Vec<DVec3> {
+        let spline = self.spline();
+        let normal = |k: usize| {
+            let p = self.place(k);
+            let jet = spline.jet(p.x, p.y);
+            DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
+        };
+        (0..self.heights.len()).into_par_iter().map(normal).collect()
     }
 
     /// Position of node `(i, j)`, mm. The ends are exact.

@@ -13,11 +13,5 @@ pub(crate) fn node_normals(block: &Block) -> Vec<DVec3> {
     if let Some(normals) = &block.normals {
         return normals.clone();
     }
-    let spline = block.exit.spline();
-    let normal = |k: usize| {
-        let p = block.exit.node(k % block.exit.nx, k / block.exit.nx);
-        let jet = spline.jet(p.x, p.y);
-        DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
-    };
-    (0..block.exit.heights.len()).into_par_iter().map(normal).collect()
+    block.exit.normals()
 }

@@ -32,8 +32,8 @@ impl Tracer {
     /// the light to the mirror and the receiver.
     ///
     /// # Errors
-    /// A bench that cannot be, or no light on the block; for an entry face that is not planar
-    /// another surface than the spline where it really is.
+    /// A bench that cannot be, or no light on the block; for an entry face that is not planar flat
+    /// triangles, or the normal-mapped plane.
     pub fn for_block(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
         Self::for_row(&Row::of(block), scene)
     }

@@ -2,7 +2,7 @@
 //! frame.
 
 use super::{
-    hit::Hit,
+    face::{Face, Model, on_spline},
     imperfect::Finish,
     search::FaceSearch,
     walls::{WALL_MM, in_rectangle},
@@ -10,7 +10,6 @@ use super::{
 use crate::{
     block::{Block, Relief, node_normals},
     scene::{Fresnel, Geometry, Optics, Scene, SceneError, Surface, Traversal},
-    spline::Bicubic,
     trace::{
         accel::{Crossing, SearchRay},
         path::End,
@@ -37,30 +36,11 @@ pub(super) struct Body {
     pub(super) fresnel: Fresnel,
     pub(super) geometry: Geometry,
     pub(super) traversal: Traversal,
-    /// How the exit face is understood.
-    pub(super) face: Face,
-    pub(super) exit: FaceSearch,
+    pub(super) exit: Face,
     /// The entry face, if light meets one that is not planar.
-    pub(super) entry: Option<EntryRelief>,
-    pub(super) highest_mm: f64,
-}
-
-#[derive(Debug)]
-pub(super) enum Face {
-    Spline(Arc<Bicubic>),
-    /// Normals at the nodes.
-    Smooth(Vec<DVec3>),
-    /// Slopes at the nodes.
-    Sloped(Arc<Vec<DVec2>>),
-    Facets,
-}
-
-/// An entry face that is not planar.
-#[derive(Debug)]
-pub(super) struct EntryRelief {
-    spline: Arc<Bicubic>,
-    search: FaceSearch,
+    pub(super) entry: Option<Face>,
     lowest_mm: f64,
+    pub(super) highest_mm: f64,
 }
 
 /// A ray behind a face.
@@ -87,16 +67,18 @@ impl Ray {
 
 impl Body {
     pub(super) fn new(block: &Block, scene: &Scene, optics: Optics) -> Result<Self, SceneError> {
-        let face = match scene.surface {
-            Surface::Spline => Face::Spline(block.exit.spline()),
-            Surface::Facets => Face::Facets,
-            Surface::Smooth => match &block.slopes {
-                Some(slopes) => Face::Sloped(Arc::clone(slopes)),
-                None => Face::Smooth(node_normals(block)),
-            },
+        let lowest_mm = block.lowest_mm();
+        let exit = match (scene.surface, &block.slopes) {
+            (Surface::Spline, _) => Model::Spline(block.exit.spline()),
+            (Surface::Facets, _) => Model::Facets,
+            (Surface::Smooth, Some(slopes)) => Model::Sloped(Arc::clone(slopes)),
+            (Surface::Smooth, None) => Model::Smooth(node_normals(block)),
         };
+        let face = |model, relief, beyond| Face { model, search: FaceSearch::new(relief, scene.traversal, beyond) };
         let entry = match (&block.entry, optics) {
-            (Some(relief), Optics::Refracts { .. }) => Some(EntryRelief::new(relief, scene)?),
+            (Some(relief), Optics::Refracts { .. }) => {
+                Some(face(entry_model(relief, scene)?, relief, lowest_mm - BEFORE_MM))
+            }
             _ => None,
         };
         Ok(Self {
@@ -104,9 +86,9 @@ impl Body {
             fresnel: scene.fresnel,
             geometry: scene.geometry,
             traversal: scene.traversal,
-            face,
-            exit: FaceSearch::new(&block.exit, scene.traversal, block.lowest_mm()),
+            exit: face(exit, &block.exit, lowest_mm),
             entry,
+            lowest_mm,
             highest_mm: block.height_range_mm().1,
             block: block.clone(),
         })
@@ -114,10 +96,7 @@ impl Body {
 
     /// Builds the search structures.
     pub(super) fn prepare(&self) {
-        self.exit.hierarchy();
-        if let Some(entry) = &self.entry {
-            entry.search.hierarchy();
-        }
+        [Some(&self.exit), self.entry.as_ref()].into_iter().flatten().for_each(|face| _ = face.search.hierarchy());
     }
 
     /// The way of a ray in air through all of the block: to the entry face, through the glass, out
@@ -143,12 +122,15 @@ impl Body {
     }
 
     /// Where a ray in air meets the entry face, and the unit normal there.
-    fn arrive(&self, point: DVec3, direction: DVec3) -> Result<(DVec3, DVec3), End> {
+    pub(super) fn arrive(&self, point: DVec3, direction: DVec3) -> Result<(DVec3, DVec3), End> {
         if direction.z <= 0.0 {
             return Err(End::Beside);
         }
         if let Some(entry) = &self.entry {
-            return entry.arrive(point, direction);
+            let before = point + direction * ((self.lowest_mm - BEFORE_MM - point.z) / direction.z);
+            let ray = SearchRay::new(before, direction);
+            let hit = entry.search.first_crossing(&ray).ok_or(End::Beside)?;
+            return entry.met(&ray, &hit);
         }
         let entry_z = self.block.entry_z;
         let at = (point + direction * ((entry_z - point.z) / direction.z)).truncate();
@@ -177,7 +159,8 @@ impl Body {
         };
         match refract(direction, normal, 1.0 / ior) {
             RefractionOutcome::Refracted(inside) if inside.direction.z > 0.0 => {
-                if self.entry.as_ref().is_some_and(|entry| entry.meets_again(point, inside.direction)) {
+                // By the same face out of the glass again.
+                if self.meets_the_entry(point, inside.direction, false) {
                     return ended(End::Side);
                 }
                 let transmittance = transmittance * transmitted(self.fresnel, &inside);
@@ -185,6 +168,23 @@ impl Body {
             }
             _ => ended(End::Side),
         }
+    }
+
+    /// Whether light that comes through air to a point of an entry face with a relief has met another part of it
+    /// before.
+    pub(super) fn entry_is_hidden(&self, point: DVec3, direction: DVec3) -> bool {
+        // Back through air, out of glass.
+        self.meets_the_entry(point, -direction, true)
+    }
+
+    /// Whether a ray from a point of an entry face with a relief crosses it elsewhere, into the glass (outwards,
+    /// as seen from below) or out of it.
+    fn meets_the_entry(&self, point: DVec3, direction: DVec3, outwards: bool) -> bool {
+        let Some(Face { search, .. }) = self.entry.as_ref().filter(|entry| !entry.search.is_steep(direction)) else {
+            return false;
+        };
+        let other = |crossing: &Crossing| crossing.outwards == outwards && crossing.t > AGAIN_MM;
+        search.search(&SearchRay::new(point, direction), other).is_some()
     }
 
     /// From a point of the exit face, where light has come through the glass (or, before a mirror,
@@ -216,12 +216,12 @@ impl Body {
         if self.geometry == Geometry::NormalMappedPlane {
             let point = ray.at(-ray.origin.z / ray.direction.z);
             return if self.is_below(point.truncate()) {
-                Ok((point, self.normal_above(point.truncate())))
+                Ok((point, self.exit.normal_above(point.truncate())))
             } else {
                 Err(End::Side)
             };
         }
-        if let (Face::Spline(spline), Traversal::Grid) = (&self.face, self.traversal)
+        if let (Model::Spline(spline), Traversal::Grid) = (&self.exit.model, self.traversal)
             && ray.direction.truncate() == DVec2::ZERO
             && self.is_below(ray.origin.truncate())
         {
@@ -229,15 +229,12 @@ impl Body {
             // needed to find it.
             return on_spline(spline, ray, 0.0).ok_or(End::Lost);
         }
-        let Some(hit) = self.exit.first_crossing(ray) else { return Err(self.miss(ray)) };
+        let Some(hit) = self.exit.search.first_crossing(ray) else { return Err(self.miss(ray)) };
         if !self.block.covers(ray.at(hit.crossing.t).truncate()) {
             // By the wall of a block that is no rectangle, beyond which its grid goes on.
             return Err(if self.is_below(ray.origin.truncate()) { End::Side } else { End::Beside });
         }
-        match &self.face {
-            Face::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
-            _ => Ok((ray.at(hit.crossing.t), self.flat_normal(&hit))),
-        }
+        self.exit.met(ray, &hit)
     }
 
     /// Whether the exit face reaches over a point.
@@ -261,7 +258,7 @@ impl Body {
             return End::Beside;
         }
         let margin = 1e-9 * (upper - lower).max_element();
-        if leaves_at.is_finite() && leaves_at.z <= self.height_above(leaves_at.truncate()) + margin {
+        if leaves_at.is_finite() && leaves_at.z <= self.exit.height_above(leaves_at.truncate()) + margin {
             End::Side
         } else {
             End::Lost
@@ -285,44 +282,12 @@ impl Body {
 
     #[inline]
     fn meets_the_face_again(&self, point: DVec3, direction: DVec3) -> bool {
-        if self.geometry == Geometry::NormalMappedPlane || self.exit.is_steep(direction) {
+        if self.geometry == Geometry::NormalMappedPlane || self.exit.search.is_steep(direction) {
             return false;
         }
         let ray = SearchRay::new(point, direction);
-        let again = self.exit.search(&ray, |crossing| !crossing.outwards && crossing.t > AGAIN_MM);
+        let again = self.exit.search.search(&ray, |crossing| !crossing.outwards && crossing.t > AGAIN_MM);
         again.is_some_and(|hit| self.block.covers(ray.at(hit.crossing.t).truncate()))
-    }
-
-    fn height_above(&self, at: DVec2) -> f64 {
-        let hit = self.exit.hit_at(at);
-        let z = self.exit.nodes_of(&hit).map(|(i, j)| self.block.exit.node(i, j).z);
-        hit.crossing.weights.dot(DVec3::from_array(z))
-    }
-
-    pub(super) fn normal_above(&self, at: DVec2) -> DVec3 {
-        match &self.face {
-            Face::Spline(spline) => {
-                let jet = spline.jet(at.x, at.y);
-                DVec3::new(-jet.zx, -jet.zy, 1.0).normalize()
-            }
-            _ => self.flat_normal(&self.exit.hit_at(at)),
-        }
-    }
-
-    /// The normal at a point of a triangle: its own, or interpolated.
-    #[inline]
-    pub(super) fn flat_normal(&self, hit: &Hit) -> DVec3 {
-        let nodes = self.exit.nodes_of(hit).map(|(i, j)| j * self.block.exit.nx + i);
-        let w = hit.crossing.weights.to_array();
-        match &self.face {
-            Face::Smooth(normals) => {
-                return (w[0] * normals[nodes[0]] + w[1] * normals[nodes[1]] + w[2] * normals[nodes[2]]).normalize();
-            }
-            Face::Sloped(slopes) => return (-mixed(slopes, nodes, w)).extend(1.0).normalize(),
-            _ => {}
-        }
-        let [a, b, c] = self.exit.nodes_of(hit).map(|(i, j)| self.block.exit.node(i, j));
-        (b - a).cross(c - a).normalize()
     }
 
     /// Whether light that meets the exit face at a point has come to it by a side wall of the solid,
@@ -358,89 +323,23 @@ impl Body {
     }
 }
 
-impl EntryRelief {
-    fn new(relief: &Relief, scene: &Scene) -> Result<Self, SceneError> {
-        if scene.geometry != Geometry::Displaced {
-            return Err(SceneError::Needs(
-                "the normal-mapped plane is for a block with a planar entry face: trace this one displaced",
-            ));
-        }
-        if scene.surface != Surface::Spline {
-            return Err(SceneError::Needs(
-                "an entry face that is not planar is traced as a spline: ask for that surface, or trace the file as any solid",
-            ));
-        }
-        let lowest_mm = relief.range_mm().0;
-        let search = FaceSearch::new(relief, scene.traversal, lowest_mm - BEFORE_MM);
-        Ok(Self { spline: relief.spline(), search, lowest_mm })
-    }
-
-    /// Where a ray in air meets the face, and the unit normal there.
-    pub(super) fn arrive(&self, point: DVec3, direction: DVec3) -> Result<(DVec3, DVec3), End> {
-        let before = point + direction * ((self.lowest_mm - BEFORE_MM - point.z) / direction.z);
-        let ray = SearchRay::new(before, direction);
-        let hit = self.search.first_crossing(&ray).ok_or(End::Beside)?;
-        on_spline(&self.spline, &ray, hit.crossing.t).ok_or(End::Lost)
-    }
-
-    /// The face above a point of its plan: the point, and the normal of its shape, with z = 1.
-    #[inline]
-    pub(super) fn above(&self, at: DVec2) -> (DVec3, DVec3) {
-        let jet = self.spline.jet(at.x, at.y);
-        (at.extend(jet.z), DVec3::new(-jet.zx, -jet.zy, 1.0))
-    }
-
-    /// Whether light that comes to a point in air has met another part of the face before.
-    pub(super) fn is_hidden(&self, point: DVec3, direction: DVec3) -> bool {
-        // Back through air, out of glass.
-        self.meets(point, -direction, true)
-    }
-
-    /// Whether light that has entered at a point leaves the glass by the same face.
-    fn meets_again(&self, point: DVec3, direction: DVec3) -> bool {
-        self.meets(point, direction, false)
-    }
-
-    fn meets(&self, point: DVec3, direction: DVec3, outwards: bool) -> bool {
-        let ray = || SearchRay::new(point, direction);
-        let other = |crossing: &Crossing| crossing.outwards == outwards && crossing.t > AGAIN_MM;
-        !self.search.is_steep(direction) && self.search.search(&ray(), other).is_some()
-    }
-}
-
-/// Slopes between three nodes.
-#[inline(always)]
-pub(super) fn mixed(slopes: &[DVec2], [a, b, c]: [usize; 3], [u, v, w]: [f64; 3]) -> DVec2 {
-    u * slopes[a] + v * slopes[b] + w * slopes[c]
-}
-
-/// The point where a ray meets the spline, and the normal there: Newton's iteration for z(t) =
-/// s(x(t), y(t)), from the triangle's `t`. A ray along the axis needs one evaluation. `None` where
-/// the iteration does not converge.
-#[inline]
-fn on_spline(spline: &Bicubic, ray: &SearchRay, mut t: f64) -> Option<(DVec3, DVec3)> {
-    let d = ray.direction;
-    let normal = |zx: f64, zy: f64| DVec3::new(-zx, -zy, 1.0) / (1.0 + zx * zx + zy * zy).sqrt();
-    if d.x == 0.0 && d.y == 0.0 {
-        let jet = spline.jet(ray.origin.x, ray.origin.y);
-        return Some((ray.origin.truncate().extend(jet.z), normal(jet.zx, jet.zy)));
-    }
-    let tolerance = 1e-13 * (1.0 + ray.origin.abs().max_element());
-    for _ in 0..20 {
-        let p = ray.at(t);
-        let jet = spline.jet(p.x, p.y);
-        let step = (jet.z - p.z) / (d.z - jet.zx * d.x - jet.zy * d.y);
-        t += step;
-        if step.abs() <= tolerance {
-            return Some((ray.at(t), normal(jet.zx, jet.zy)));
-        }
-    }
-    None
-}
-
 fn transmitted(fresnel: Fresnel, refraction: &Refraction) -> f64 {
     match fresnel {
         Fresnel::Off => 1.0,
         Fresnel::On => refraction.transmittance(),
+    }
+}
+
+/// How an entry face that is not planar is understood.
+fn entry_model(relief: &Relief, scene: &Scene) -> Result<Model, SceneError> {
+    match (scene.geometry, scene.surface) {
+        (Geometry::NormalMappedPlane, _) => Err(SceneError::Needs(
+            "the normal-mapped plane is for a block with a planar entry face: trace this one displaced",
+        )),
+        (_, Surface::Facets) => Err(SceneError::Needs(
+            "flat triangles are for a block with a planar entry face: trace this one as a spline or smooth, or its mesh as any solid",
+        )),
+        (_, Surface::Spline) => Ok(Model::Spline(relief.spline())),
+        (_, Surface::Smooth) => Ok(Model::Smooth(relief.normals())),
     }
 }

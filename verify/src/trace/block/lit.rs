@@ -6,12 +6,7 @@
 //! file's solid instead of the entry face ends there. Before an entry face that is not planar rays
 //! are counted over the plan of that.
 
-use super::{
-    body::{Face, Ray},
-    imperfect::Finish,
-    incident::IncidentFlux,
-    tracer::BlockTracer,
-};
+use super::{body::Ray, imperfect::Finish, incident::IncidentFlux, tracer::BlockTracer};
 use crate::{
     random::PhotonRandom,
     scene::{Geometry, Optics},
@@ -69,7 +64,7 @@ impl BlockTracer {
         }
         let direction = lit.arrival.direction;
         let met = match (&self.body.entry, self.body.optics) {
-            (Some(entry), _) => entry.arrive(lit.point, direction),
+            (Some(_), _) => self.body.arrive(lit.point, direction),
             (None, Optics::Refracts { .. }) => self.body.exit(&SearchRay::new(lit.arrival.entered, direction)),
             (None, Optics::Reflects) => self.body.exit(&SearchRay::new(self.before(lit.point, direction), direction)),
         };
@@ -130,55 +125,36 @@ impl BlockTracer {
         if !self.body.block.covers(at) {
             return None;
         }
-        let (point, facing, normal, arrival) = if let Some(entry) = &self.body.entry {
-            let (point, facing) = entry.above(at);
-            (point, facing, facing.normalize(), self.illumination.in_air(rays, point)?)
+        let ((point, facing, normal), arrival) = if let Some(entry) = &self.body.entry {
+            let above = entry.above(at);
+            (above, self.illumination.in_air(rays, above.0)?)
+        } else if self.body.geometry == Geometry::NormalMappedPlane {
+            let point = at.extend(0.0);
+            ((point, DVec3::Z, self.body.exit.normal_above(at)), self.illumination.at(rays, point)?)
         } else {
-            let (point, facing, normal) = self.face_above(at);
-            (point, facing, normal, self.illumination.at(rays, point)?)
+            let above = self.body.exit.above(at);
+            (above, self.illumination.at(rays, above.0)?)
         };
         let flux = arrival.flux * arrival.direction.dot(facing) / arrival.direction.z;
         (flux > 0.0).then_some(LitPoint { point, normal, arrival, flux })
-    }
-
-    /// A point of the exit face, the normal of its shape (with z = 1), and the unit normal that turns
-    /// light.
-    #[inline]
-    fn face_above(&self, at: DVec2) -> (DVec3, DVec3, DVec3) {
-        if self.body.geometry == Geometry::NormalMappedPlane {
-            return (at.extend(0.0), DVec3::Z, self.body.normal_above(at));
-        }
-        match &self.body.face {
-            Face::Spline(spline) => {
-                let jet = spline.jet(at.x, at.y);
-                let facing = DVec3::new(-jet.zx, -jet.zy, 1.0);
-                (at.extend(jet.z), facing, facing.normalize())
-            }
-            _ => {
-                let hit = self.body.exit.hit_at(at);
-                let [a, b, c] = self.body.exit.nodes_of(&hit).map(|(i, j)| self.body.block.exit.node(i, j));
-                let facing = (b - a).cross(c - a);
-                let z = hit.crossing.weights.dot(DVec3::new(a.z, b.z, c.z));
-                (at.extend(z), facing / facing.z, self.body.flat_normal(&hit))
-            }
-        }
     }
 
     /// Whether another part of the face is in the way of the light.
     #[inline]
     fn is_hidden(&self, lit: &LitPoint) -> bool {
         let direction = lit.arrival.direction;
-        if let Some(entry) = &self.body.entry {
-            return entry.is_hidden(lit.point, direction);
+        if self.body.entry.is_some() {
+            return self.body.entry_is_hidden(lit.point, direction);
         }
-        if self.body.geometry == Geometry::NormalMappedPlane || self.body.exit.is_steep(direction) {
+        if self.body.geometry == Geometry::NormalMappedPlane || self.body.exit.search.is_steep(direction) {
             return false;
         }
         // Back from the face: out of the glass and into it again, or, before a mirror, into its
         // back.
         let leaves = matches!(self.body.optics, Optics::Refracts { .. });
         let back = SearchRay::new(lit.point, -direction);
-        let before = self.body.exit.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
+        let before =
+            self.body.exit.search.search(&back, |crossing| crossing.outwards == leaves && crossing.t > SAME_MM);
         before.is_some_and(|hit| self.body.block.covers(back.at(hit.crossing.t).truncate()))
     }
 

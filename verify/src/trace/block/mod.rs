@@ -2,6 +2,7 @@
 //! known beforehand.
 
 mod body;
+mod face;
 mod hit;
 mod imperfect;
 mod incident;

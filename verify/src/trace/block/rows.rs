@@ -3,7 +3,8 @@
 //! once.
 
 use super::{
-    body::{Face, Ray, mixed},
+    body::Ray,
+    face::{Model, mixed},
     tracer::BlockTracer,
 };
 use crate::{
@@ -101,7 +102,7 @@ impl BlockTracer {
             distance_mm,
             rim_z: self.body.block.rim_z_mm().unwrap_or(f64::NEG_INFINITY),
             steepest2: match self.body.geometry {
-                Geometry::Displaced => self.body.exit.steepest * self.body.exit.steepest,
+                Geometry::Displaced => self.body.exit.search.steepest * self.body.exit.search.steepest,
                 Geometry::NormalMappedPlane => 0.0,
             },
         })
@@ -110,9 +111,9 @@ impl BlockTracer {
     /// What rows of rays at these places along x have in common, if their paths can be followed row
     /// by row.
     pub(in crate::trace) fn columns(&self, xs: &[f64]) -> Option<Lattice> {
-        match &self.body.face {
+        match &self.body.exit.model {
             _ if !self.even || !self.body.block.is_rectangular() || self.body.traversal != Traversal::Grid => None,
-            Face::Spline(spline) => Some(Lattice::Spline(xs.to_vec(), spline.columns(xs))),
+            Model::Spline(spline) => Some(Lattice::Spline(xs.to_vec(), spline.columns(xs))),
             _ => {
                 let column = |&x: &f64| {
                     let (cell, part) = self.column_at(x);
@@ -127,22 +128,22 @@ impl BlockTracer {
     /// rounding.
     pub(in crate::trace) fn path_row(&self, lattice: &Lattice, y: f64, row: &mut RayRow) {
         row.met.clear();
-        match (lattice, &self.body.face) {
-            (Lattice::Spline(xs, columns), Face::Spline(spline)) => {
+        match (lattice, &self.body.exit.model) {
+            (Lattice::Spline(xs, columns), Model::Spline(spline)) => {
                 spline.row(columns, y, &mut row.scratch, |k, jet| {
                     row.met.push(FacePoint { x: xs[k], z: jet.z, slope: DVec2::new(jet.zx, jet.zy) });
                 });
             }
-            (Lattice::Flat(columns), Face::Smooth(normals)) => {
+            (Lattice::Flat(columns), Model::Smooth(normals)) => {
                 self.flat_row(columns, y, &mut row.met, |_, [a, b, c], [u, v, w]| {
                     let normal = u * normals[a] + v * normals[b] + w * normals[c];
                     -normal.truncate() / normal.z
                 });
             }
-            (Lattice::Flat(columns), Face::Sloped(slopes)) => {
+            (Lattice::Flat(columns), Model::Sloped(slopes)) => {
                 self.flat_row(columns, y, &mut row.met, |_, nodes, weights| mixed(slopes, nodes, weights));
             }
-            (Lattice::Flat(columns), Face::Facets) => {
+            (Lattice::Flat(columns), Model::Facets) => {
                 self.flat_row(columns, y, &mut row.met, |slope, _, _| slope());
             }
             _ => unreachable!("the lattice was made for this face"),
@@ -181,10 +182,10 @@ impl BlockTracer {
         met: &mut Vec<FacePoint>,
         slope: impl Fn(&dyn Fn() -> DVec2, [usize; 3], [f64; 3]) -> DVec2,
     ) {
-        let block = &self.body.block.exit;
+        let relief = self.body.exit.relief();
         let (j, v) = self.row_at(y);
         met.extend(columns.iter().map(|&Column { x, cell: i, part: u }| {
-            let cut = halves(block.diagonals[j * (block.nx - 1) + i]);
+            let cut = halves(relief.diagonals[j * (relief.nx - 1) + i]);
             // In the order of `halves`, by the side of the diagonal.
             let (half, weights) = match cut[0] {
                 [0, 1, 2] if v <= u => (cut[0], [1.0 - u, u - v, v]),
@@ -192,9 +193,9 @@ impl BlockTracer {
                 _ if u + v <= 1.0 => (cut[0], [1.0 - u - v, u, v]),
                 _ => (cut[1], [1.0 - v, u + v - 1.0, 1.0 - u]),
             };
-            let corners = corners(i, j).map(|(i, j)| j * block.nx + i);
+            let corners = corners(i, j).map(|(i, j)| j * relief.nx + i);
             let nodes = half.map(|k| corners[k]);
-            let z: f64 = nodes.iter().zip(weights).map(|(&k, weight)| weight * block.heights[k]).sum();
+            let z: f64 = nodes.iter().zip(weights).map(|(&k, weight)| weight * relief.heights[k]).sum();
             FacePoint { x, z, slope: slope(&|| self.slope_of((i, j), half), nodes, weights) }
         }));
     }
@@ -202,8 +203,9 @@ impl BlockTracer {
     /// The slopes of one triangle of a cell: it has an edge along x and one along y.
     #[inline]
     fn slope_of(&self, (i, j): (usize, usize), half: Half) -> DVec2 {
-        let [a, b, c, d] = corners(i, j).map(|(i, j)| self.body.block.exit.heights[j * self.body.block.exit.nx + i]);
-        let (x, y) = self.body.block.exit.lines(i, j);
+        let [a, b, c, d] =
+            corners(i, j).map(|(i, j)| self.body.exit.relief().heights[j * self.body.exit.relief().nx + i]);
+        let (x, y) = self.body.exit.relief().lines(i, j);
         let along_x = if half[..2] == [0, 1] { b - a } else { c - d };
         let along_y = if (half[0], half[2]) == (0, 3) { d - a } else { c - b };
         DVec2::new(along_x / (x[1] - x[0]), along_y / (y[1] - y[0]))
@@ -211,17 +213,17 @@ impl BlockTracer {
 
     /// The column of cells at a place, and how far across it that is.
     fn column_at(&self, x: f64) -> (usize, f64) {
-        let cell = ((x - self.body.block.exit.lower.x) * self.body.exit.cells_per_mm.x)
-            .clamp(0.0, (self.body.block.exit.nx - 2) as f64) as usize;
-        let [from, to] = self.body.block.exit.lines(cell, 0).0;
+        let cell = ((x - self.body.exit.relief().lower.x) * self.body.exit.search.cells_per_mm.x)
+            .clamp(0.0, (self.body.exit.relief().nx - 2) as f64) as usize;
+        let [from, to] = self.body.exit.relief().lines(cell, 0).0;
         (cell, (x - from) / (to - from))
     }
 
     /// The row of cells at a place, and how far across it that is.
     fn row_at(&self, y: f64) -> (usize, f64) {
-        let cell = ((y - self.body.block.exit.lower.y) * self.body.exit.cells_per_mm.y)
-            .clamp(0.0, (self.body.block.exit.ny - 2) as f64) as usize;
-        let [from, to] = self.body.block.exit.lines(0, cell).1;
+        let cell = ((y - self.body.exit.relief().lower.y) * self.body.exit.search.cells_per_mm.y)
+            .clamp(0.0, (self.body.exit.relief().ny - 2) as f64) as usize;
+        let [from, to] = self.body.exit.relief().lines(0, cell).1;
         (cell, (y - from) / (to - from))
     }
 
@@ -229,7 +231,7 @@ impl BlockTracer {
     pub(in crate::trace) fn facet_lines(&self) -> Option<FacetLines<'_>> {
         let known = self.even
             && self.body.block.is_rectangular()
-            && matches!(self.body.face, Face::Facets)
+            && matches!(self.body.exit.model, Model::Facets)
             && self.body.geometry == Geometry::Displaced;
         let transmittance =
             self.illumination.enter(self.rays, DVec3::new(0.0, 0.0, self.body.block.entry_z)).map(|(_, t)| t);

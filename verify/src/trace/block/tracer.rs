@@ -125,7 +125,7 @@ impl BlockTracer {
     }
 
     pub(in crate::trace) fn aperture(&self) -> (DVec2, DVec2) {
-        (self.body.block.exit.lower, self.body.block.exit.upper)
+        (self.body.exit.relief().lower, self.body.exit.relief().upper)
     }
 
     /// Builds the search structures that will be needed for sure.
@@ -158,7 +158,7 @@ impl BlockTracer {
     /// Whether light may run so flat that it meets the face a second time, by bounds for its angles
     /// to the axis.
     fn may_meet_twice(&self) -> bool {
-        let (exit, steepest) = (&self.body.block.exit, self.body.exit.steepest);
+        let (exit, steepest) = (self.body.exit.relief(), self.body.exit.search.steepest);
         let mirror = self.body.optics == Optics::Reflects;
         let arrives = match self.rays {
             Rays::Parallel(direction) => direction.z.abs().clamp(0.0, 1.0).acos(),
