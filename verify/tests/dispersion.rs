@@ -7,8 +7,8 @@ mod measured;
 use common::{block, relief, scene};
 use glam::DVec2;
 use glasswarp_verify::{
-    Block, Optics, Scene, SceneError,
-    dispersion::{Dispersed, LINES_NM, disperse},
+    Block, Optics, Row, Scene, SceneError,
+    dispersion::{Dispersed, LINES_NM, disperse, disperse_row},
     image_file,
 };
 use measured::{at_worst, nothing_but_rounding, within_tenth_of};
@@ -64,6 +64,36 @@ fn colours_are_lost_to_the_eye_but_cost_sharpness() {
     // All light is there: white in the mean, but for what passes the window's border.
     let mean = seen.luminance.mean();
     seen.rgb.iter().for_each(|image| at_worst(7.93e-4, (image.mean() / mean - 1.0).abs(), mean));
+}
+
+/// Two prisms of two kinds of glass, the second of which turns light back.
+#[test]
+fn a_row_of_prisms_parts_colours_as_snells_law_says() {
+    let slope = 0.2;
+    let prism = |slope: f64, size: DVec2| {
+        let heights = (0..20).map(|k| slope * size.x * (f64::from(k % 5) / 4.0 - 0.5)).collect();
+        Block::from_heights(size, -12.0, (5, 4), heights).unwrap()
+    };
+    let (first, second) = (prism(slope, SIZE), prism(-slope, 2.0 * SIZE));
+    let row = Row::of(&first).then(50.0, &second);
+    let glass = |block: usize, nm: f64| ior_at(nm) + 0.1 * block as f64;
+    let seen = disperse_row(&row, &scene(2.0 * SIZE, 32, 100.0), &glass, (64, 48)).unwrap();
+    // The ray from the middle of the first exit face.
+    let lands = |nm: f64| {
+        let tilt = slope.atan();
+        let leaves = (glass(0, nm) * tilt.sin()).asin() - tilt;
+        let inside = (leaves.sin() / glass(1, nm)).asin();
+        let x = 50.0 * leaves.tan();
+        // On z = -slope x, from 12 mm below.
+        let up = (12.0 - slope * x) / (1.0 + slope * inside.tan());
+        let exit = x + up * inside.tan();
+        let out = (glass(1, nm) * (inside - tilt).sin()).asin() + tilt;
+        exit + (100.0 + slope * exit) * out.tan()
+    };
+    let parted = (lands(LINES_NM[0]) - lands(LINES_NM[1])).abs();
+    // Of other rays the ways through air and glass are a little longer or shorter.
+    within_tenth_of(parted, seen.fringing.rms_mm, "mm");
+    assert!((seen.fringing.ior[0] - ior_at(LINES_NM[0])).abs() < 1e-15);
 }
 
 #[test]

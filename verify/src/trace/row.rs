@@ -76,6 +76,14 @@ impl<'a> Row<'a> {
         self
     }
 
+    /// The same row of other glass: the index of every block, counted from 0.
+    #[must_use]
+    pub fn with_iors(&self, ior: impl Fn(usize) -> f64) -> Self {
+        let mut row = self.clone();
+        row.blocks.iter_mut().enumerate().for_each(|(k, of)| of.ior = Some(ior(k)));
+        row
+    }
+
     /// The blocks, as light meets them.
     pub fn blocks(&self) -> &[RowBlock<'a>] {
         &self.blocks

@@ -9,7 +9,7 @@ use crate::{
     block::Block,
     image::Image,
     scene::{Optics, Scene, SceneError},
-    trace::{End, Tracer},
+    trace::{End, Row, Tracer},
 };
 use glam::DVec2;
 use rayon::prelude::*;
@@ -63,17 +63,31 @@ pub fn disperse(
     ior_at: &(dyn Fn(f64) -> f64 + Sync),
     beams_across: (usize, usize),
 ) -> Result<Dispersed, SceneError> {
+    disperse_row(&Row::of(block), scene, &|_, wavelength| ior_at(wavelength), beams_across)
+}
+
+/// The same of blocks in a row: `ior_at` is told which block, counted from 0, and the wavelength;
+/// the row's own indices are those of the design. [`Fringing::ior`] is that of the first block.
+///
+/// # Errors
+/// As of [`disperse`].
+pub fn disperse_row(
+    row: &Row<'_>,
+    scene: &Scene,
+    ior_at: &(dyn Fn(usize, f64) -> f64 + Sync),
+    beams_across: (usize, usize),
+) -> Result<Dispersed, SceneError> {
     if scene.optics == Optics::Reflects {
         return Err(SceneError::Needs("a mirror reflects all colours alike: there is no dispersion to look at"));
     }
-    let tracer = |ior: f64| Tracer::for_block(block, &Scene { optics: Optics::Refracts { ior }, ..scene.clone() });
+    let tracer = |wavelength: f64| Tracer::for_row(&row.with_iors(|block| ior_at(block, wavelength)), scene);
     let (nx, ny) = (scene.window.nx, scene.window.ny);
-    let seen = |ior: f64| Ok(beams(&tracer(ior)?, beams_across.0, beams_across.1).image);
+    let seen = |tracer: &Tracer| beams(tracer, beams_across.0, beams_across.1).image;
     let (first, count, step) = WHITE;
     let mut xyz = [const { Vec::new() }; 3].map(|_: Vec<f64>| vec![0.0; nx * ny]);
     let mut white = [0.0; 3];
     for wavelength in (0..count).map(|k| first + step * k as f64) {
-        let image = seen(ior_at(wavelength))?;
+        let image = seen(&tracer(wavelength)?);
         for ((sum, white), weight) in xyz.iter_mut().zip(&mut white).zip(colour_matching(wavelength)) {
             sum.iter_mut().zip(&image.values).for_each(|(sum, v)| *sum += weight * v);
             *white += weight;
@@ -86,9 +100,9 @@ pub fn disperse(
     };
     let rgb = [0, 1, 2].map(|c| Image::new(nx, ny, (0..nx * ny).map(|k| pixel(k)[c]).collect()));
     let luminance = Image::new(nx, ny, xyz[1].iter().map(|y| y / white[1]).collect());
-    let rel_rms = metrics::rel_rms(&luminance, &seen(scene.ior())?).map_err(|_| SceneError::Dark)?;
-    let ior = LINES_NM.map(ior_at);
-    let (rms_mm, worst_mm) = parting(&tracer(ior[0])?, &tracer(ior[1])?);
+    let rel_rms = metrics::rel_rms(&luminance, &seen(&Tracer::for_row(row, scene)?)).map_err(|_| SceneError::Dark)?;
+    let ior = LINES_NM.map(|line| ior_at(0, line));
+    let (rms_mm, worst_mm) = parting(&tracer(LINES_NM[0])?, &tracer(LINES_NM[1])?);
     Ok(Dispersed { rgb, luminance, fringing: Fringing { ior, rms_mm, worst_mm, rel_rms } })
 }
 
