@@ -1,7 +1,7 @@
 //! Traces light through an exported block of glass and judges the picture it draws.
 //!
 //! ```text
-//! file -> Mesh -> Block (or any solid) -> Tracer on a Scene -> beams, photons -> Image -> Metrics
+//! file -> Mesh -> Block, Row (or any solid) -> Tracer on a Scene -> beams, photons -> Image -> Metrics
 //! ```
 //!
 //! The verifier knows nothing of what made a file. It opens it as a stranger would and measures.
@@ -10,15 +10,17 @@
 //!
 //! 1. [`load`] reads a file of any of nine formats as a [`Mesh`]: triangles in millimetres.
 //!    [`solid::check`] tells whether they bound a solid.
-//! 2. [`Block::from_mesh`] recognises a block, whose exit face is a height field on a regular grid;
-//!    [`PlacedBlock::find`] does so however the block stands in its file.
+//! 2. [`Block::from_mesh`] recognises a block, whose exit face is a height field on a regular grid,
+//!    and its entry face a plane or another one; [`PlacedBlock::find`] does so however the block
+//!    stands in its file. Blocks may stand in a [`Row`].
 //! 3. A [`Scene`] is the optical bench: [`Light`] with its [`SourceExtent`], what the solid does to
 //!    it ([`Optics`], [`Fresnel`]), how its face is understood ([`Surface`], [`Geometry`]), and the
 //!    [`Window`] of the receiver.
 //! 4. A [`Tracer`] follows single rays on that bench: each has a [`RayPath`] with an [`End`].
 //! 5. [`beams()`] and [`photons()`] follow many, and collect irradiance as an [`Image`], and where
 //!    the rest of the light goes as [`Flux`]. Beams are free of noise; photons see rough faces and
-//!    extended sources, and know their own standard error ([`PhotonTally`]).
+//!    extended sources, and know their own standard error ([`PhotonTally`]). [`light_on_plane`]
+//!    looks at the light on its way.
 //!    [`dispersion`] adds up the colours of white light.
 //! 6. [`metrics`] compares an image with its target, which [`mod@reference`] reads
 //!    from a picture by a reader of its own. [`image_file`] writes images.
@@ -48,8 +50,9 @@
 //!
 //! # Frame
 //!
-//! Millimetres; light travels `+z`; the entry face is planar at the least z; the exit face is
-//! `z = h(x, y)` with its mean at 0; the receiver is the plane `z = distance`. The picture is seen
+//! Millimetres; light travels `+z`; the entry face is at the least z; the exit face is
+//! `z = h(x, y)` with its mean at 0; the receiver is the plane `z = distance`. A bench of blocks in
+//! a row is told in the frame of the last of them. The picture is seen
 //! on the receiver from the block's side: its left is `+x`, its top is `+y`, and images here are in
 //! the order of pictures, row 0 on top.
 //!

@@ -87,11 +87,7 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
     };
     let xs: Vec<f64> = (0..=nx).map(|i| along(lower.x, upper.x, i, nx)).collect();
     let columns = tracer.columns(&xs);
-    if columns.is_some() {
-        tracer.prepare_later()
-    } else {
-        tracer.prepare_beams()
-    }
+    tracer.prepare_beams(columns.is_some());
     let film = Film::new(&tracer.scene().window);
     let tally = (0..ny.div_ceil(ROWS))
         .into_par_iter()
@@ -145,11 +141,7 @@ pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.exit.nx - 1, block.exit.ny - 1);
     let film = Film::new(&tracer.scene().window);
     let lines = tracer.facet_lines();
-    if lines.is_some() {
-        tracer.prepare_later()
-    } else {
-        tracer.prepare_beams()
-    }
+    tracer.prepare_beams(lines.is_some());
     let tally = (0..rows)
         .into_par_iter()
         .map(|j| {

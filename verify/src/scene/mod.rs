@@ -59,12 +59,13 @@ pub struct Scene {
     /// The extent of the light: only [`photons`](crate::photons) see it. Only for a
     /// [`Block`](crate::Block).
     pub spread: SourceExtent,
-    /// Roughness of the exit face: the root of the mean square, along x and along y, of slopes that
+    /// Roughness of the exit face, and of an entry face that is not planar: the root of the mean square, along x and along y, of slopes that
     /// are added to those of the face, normally distributed and independent from ray to ray. Only
     /// [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
     pub roughness: f64,
-    /// How the block is turned on the bench: a rotation vector, radians, about the centre of its
-    /// mean exit plane (0, 0, 0). Light and receiver stay where they are. Only for a
+    /// How the block, or all of a [row](crate::Row), is turned on the bench: a rotation vector,
+    /// radians, about (0, 0, 0), the centre of the (last) mean exit plane. Light and receiver stay
+    /// where they are. Only for a
     /// [`Block`](crate::Block).
     pub turned: DVec3,
     /// The part of the receiver that is imaged, in the receiver's own coordinates.

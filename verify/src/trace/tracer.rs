@@ -165,17 +165,11 @@ impl Tracer {
         }
     }
 
-    /// The same for beams, which ask less.
-    pub(crate) fn prepare_beams(&self) {
+    /// The same for beams, which ask less, and less still where it is known which part of the first
+    /// face they meet.
+    pub(crate) fn prepare_beams(&self, known: bool) {
         if let Kind::Block(block) = &self.kind {
-            block.prepare_beams();
-        }
-    }
-
-    /// The same for rows of rays, which look for the faces of later blocks only.
-    pub(crate) fn prepare_later(&self) {
-        if let Kind::Block(block) = &self.kind {
-            block.prepare_later();
+            block.prepare_beams(known);
         }
     }
 

@@ -44,7 +44,7 @@ impl BlockTracer {
             return self.path(at);
         }
         let Some(lit) = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit)) else { return RayPath::DARK };
-        self.from_lit(&lit, lit.point, lit.normal, None)
+        self.follow(&lit, lit.point, lit.normal, None)
     }
 
     /// The same, but the way to the face is followed forwards, through the search structure, and
@@ -60,7 +60,7 @@ impl BlockTracer {
         let rays = self.imperfect.as_ref().map_or(self.rays, |i| self.illumination.in_block(i.rays(random)));
         let Some(lit) = self.lit(rays, at) else { return RayPath::DARK };
         if self.is_vignetted(&lit) {
-            return self.from_lit(&lit, lit.point, lit.normal, None);
+            return self.follow(&lit, lit.point, lit.normal, None);
         }
         let direction = lit.arrival.direction;
         let met = match (&self.body.entry, self.body.optics) {
@@ -74,12 +74,12 @@ impl BlockTracer {
             // At the border the spline reaches beyond its triangles.
             Err(_) => (lit.point, lit.normal),
         };
-        self.from_lit(&lit, point, normal, self.imperfect.as_ref().and_then(|i| i.finish(random)))
+        self.follow(&lit, point, normal, self.imperfect.as_ref().and_then(|i| i.finish(random)))
     }
 
     /// On from a point in the light, as it was found.
     #[inline]
-    fn from_lit(&self, lit: &LitPoint, point: DVec3, normal: DVec3, finish: Option<Finish<'_>>) -> RayPath {
+    fn follow(&self, lit: &LitPoint, point: DVec3, normal: DVec3, finish: Option<Finish<'_>>) -> RayPath {
         let power = lit.flux / self.incident.mean;
         if self.is_vignetted(lit) {
             return RayPath { power, ..RayPath::ended(End::Side, 1.0) };

@@ -137,21 +137,21 @@ impl BlockTracer {
     }
 
     /// The same for beams, which look for the face a second time only where light runs flat over
-    /// it.
-    pub(in crate::trace) fn prepare_beams(&self) {
+    /// it, and not at all where it is known what they meet.
+    pub(in crate::trace) fn prepare_beams(&self, known: bool) {
         let needed = if self.even {
             self.body.traversal == Traversal::Bvh
         } else {
             self.body.entry.is_some() || self.may_meet_twice()
         };
-        if needed {
+        if needed && !known {
             self.body.prepare();
         }
         self.prepare_later();
     }
 
     /// Those of the blocks behind the first, which light meets at any angle.
-    pub(in crate::trace) fn prepare_later(&self) {
+    fn prepare_later(&self) {
         self.later.iter().for_each(|later| later.body.prepare());
     }
 
