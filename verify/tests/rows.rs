@@ -231,6 +231,23 @@ fn two_reliefs_go_as_a_tracer_of_polynomials_says() {
     }
 }
 
+#[test]
+fn a_wedge_below_turns_the_light_before_it_meets_the_exit_face() {
+    let slope = 0.1_f64;
+    let wedge = between(SIZE, (5, 5), |x, _| slope * x - 10.0, |_, _| 0.0);
+    let tracer = Tracer::for_block(&wedge, &scene(SIZE, 8, 100.0)).unwrap();
+    // The normal leans towards -x, and light towards it.
+    let inside = slope.atan() - (slope.atan().sin() / 1.5).asin();
+    let out = (1.5 * inside.sin()).asin();
+    for start in starts(SIZE, 0.8) {
+        let incidence = tracer.incidence_at(start).unwrap();
+        assert!((incidence - inside).abs() < 1e-9, "{incidence} {inside}");
+        let through = 10.0 - slope * start.x;
+        let wanted = start.x - through * inside.tan() - 100.0 * out.tan();
+        assert!((landing(&tracer, start) - DVec2::new(wanted, start.y)).length() < MM);
+    }
+}
+
 /// The distance along the axis from a focus of an ellipsoid of revolution of eccentricity 1 / n to
 /// its points `r` beside the axis, whose vertex is `vertex` away.
 fn oval(n: f64, vertex: f64, r: f64) -> f64 {
@@ -505,8 +522,11 @@ fn planes_on_the_way_see_what_a_bench_there_sees() {
     let seen = beams(&between, 120, 90);
     let off = seen.image.values.iter().zip(&alone.image.values).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(off < 1e-7 && between.blocks() == 1, "{off:e}");
-    for z_mm in [-60.0, -40.0, -8.0, 0.0, f64::NAN] {
+    for z_mm in [-60.0, -40.0, -8.0, 0.0] {
         assert!(matches!(tracer.on_plane(z_mm, window), Err(SceneError::Plane { .. })), "{z_mm}");
+    }
+    for z_mm in [f64::NAN, f64::INFINITY] {
+        assert!(matches!(tracer.on_plane(z_mm, window), Err(SceneError::Value { .. })), "{z_mm}");
     }
 }
 

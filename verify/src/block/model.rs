@@ -65,19 +65,27 @@ impl Block {
 
     /// Demands that all of the exit face is above the entry face.
     pub(super) fn stands_on_its_entry(&self) -> Result<(), BlockError> {
-        let glass = |(k, &z): (usize, &f64)| z - self.entry_below(self.exit.place(k));
-        let mut of_exit = self.exit.heights.iter().enumerate();
-        if let Some((k, z)) = of_exit.find(|&(k, z)| !(z.is_finite() && glass((k, z)) > 0.0)) {
-            let (i, j, below) = (k % self.exit.nx, k / self.exit.nx, self.entry_below(self.exit.place(k)));
-            let why = format!("the height at column {i}, row {j} is {z} mm, not above the entry face at {below} mm");
-            return Err(BlockError::Grid { why });
-        }
-        let Some(entry) = &self.entry else { return Ok(()) };
-        let glass = |k: usize| self.exit.height_between_nodes(entry.place(k)) - entry.heights[k];
-        let Some(k) = (0..entry.heights.len()).find(|&k| glass(k).is_nan() || glass(k) <= 0.0) else { return Ok(()) };
-        let (i, j, z) = (k % entry.nx, k / entry.nx, entry.heights[k]);
-        let why = format!("the entry face at column {i}, row {j} is at {z} mm, not below the exit face");
+        let none = |glass: f64| !(glass.is_finite() && glass > 0.0);
+        let Some(k) = self.glass_mm().position(none) else { return Ok(()) };
+        let of_exit = self.exit.heights.len();
+        let (which, face, k) = match &self.entry {
+            Some(entry) if k >= of_exit => ("entry", entry, k - of_exit),
+            _ => ("exit", &self.exit, k),
+        };
+        let (i, j, z, below) = (k % face.nx, k / face.nx, face.heights[k], self.entry_below(face.place(k)));
+        let why = format!(
+            "the {which} face at column {i}, row {j} is at {z} mm: the exit face is not above the entry face there, at {below} mm"
+        );
         Err(BlockError::Grid { why })
+    }
+
+    /// The glass along the axis at the nodes of the exit face, and at those of an entry face that is
+    /// not planar, mm.
+    fn glass_mm(&self) -> impl Iterator<Item = f64> {
+        let of_exit = self.exit.heights.iter().enumerate().map(|(k, z)| z - self.entry_below(self.exit.place(k)));
+        let below = |(entry, k): (&Relief, usize)| self.exit.height_between_nodes(entry.place(k)) - entry.heights[k];
+        let nodes = self.entry.iter().flat_map(|entry| (0..entry.heights.len()).map(move |k| (entry, k)));
+        of_exit.chain(nodes.map(below))
     }
 
     /// Height of the entry face under a point of the plan, mm.
@@ -234,11 +242,10 @@ impl Block {
     /// The least glass between the faces along the axis, mm: between the entry face and the lowest
     /// point of the exit face, or, where both have a relief, at the nodes of either.
     pub fn min_thickness_mm(&self) -> f64 {
-        let Some(entry) = &self.entry else { return self.height_range_mm().0 - self.entry_z };
-        let of_exit = (0..self.exit.heights.len()).map(|k| self.exit.heights[k] - self.entry_below(self.exit.place(k)));
-        let of_entry =
-            (0..entry.heights.len()).map(|k| self.exit.height_between_nodes(entry.place(k)) - entry.heights[k]);
-        of_exit.chain(of_entry).fold(f64::INFINITY, f64::min)
+        if self.entry.is_none() {
+            return self.height_range_mm().0 - self.entry_z;
+        }
+        self.glass_mm().fold(f64::INFINITY, f64::min)
     }
 
     /// Nodes along x and y of an entry face that is not planar, and their heights, mm, row-major:

@@ -59,8 +59,9 @@ pub struct Scene {
     /// The extent of the light: only [`photons`](crate::photons) see it. Only for a
     /// [`Block`](crate::Block).
     pub spread: SourceExtent,
-    /// Roughness of the exit face, and of an entry face that is not planar: the root of the mean square, along x and along y, of slopes that
-    /// are added to those of the face, normally distributed and independent from ray to ray. Only
+    /// Roughness of the exit face, and of an entry face that is not planar: the root of the mean
+    /// square, along x and along y, of slopes that are added to those of the face, normally
+    /// distributed and independent from ray to ray and from face to face. Only
     /// [`photons`](crate::photons) see it. Only for a [`Block`](crate::Block).
     pub roughness: f64,
     /// How the block, or all of a [row](crate::Row), is turned on the bench: a rotation vector,

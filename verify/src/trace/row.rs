@@ -5,7 +5,7 @@ use crate::{
     block::Block,
     scene::{Scene, SceneError, in_range},
 };
-use glam::{DMat3, DVec2, DVec3};
+use glam::{DMat3, DVec3};
 
 /// Blocks one behind the other, in the order in which light meets them: it leaves one by its exit
 /// face, goes on through air, and enters the next by its entry face. Each is told in its own frame.
@@ -68,7 +68,8 @@ impl<'a> Row<'a> {
     }
 
     /// The same row with another block behind it: `gap_mm` of air from the mean exit plane of the
-    /// block before to the entry face of this one (to its mean, if it is not planar), both where they belong.
+    /// block before to the entry face of this one (to its mean, if it is not planar), both where they
+    /// belong.
     #[must_use]
     pub fn then(mut self, gap_mm: f64, next: impl Into<RowBlock<'a>>) -> Self {
         self.gaps_mm.push(gap_mm);
@@ -148,6 +149,6 @@ pub(super) fn span(corners: &[DVec3]) -> (f64, f64) {
 
 /// Least and greatest corner of a block, mm.
 fn bounds(block: &Block) -> (DVec3, DVec3) {
-    let (lower, upper): (DVec2, DVec2) = block.entry_face_mm();
+    let (lower, upper) = block.entry_face_mm();
     (lower.extend(block.lowest_mm()), upper.extend(block.highest_mm()))
 }

@@ -10,7 +10,7 @@ use crate::{
     block::Block,
     mesh::Mesh,
     random::PhotonRandom,
-    scene::{Optics, Scene, SceneError, SourceExtent, Window},
+    scene::{Optics, Scene, SceneError, SourceExtent, Window, in_range},
 };
 use glam::{DVec2, DVec3};
 
@@ -57,9 +57,10 @@ impl Tracer {
     /// blocks behind the plane are not in the way.
     ///
     /// # Errors
-    /// [`SceneError::Plane`] for one that meets a block, or that lies before the first; a window
-    /// that cannot be; another solid than blocks.
+    /// [`SceneError::Plane`] for one that meets a block, or that lies before the first; a place or a
+    /// window that cannot be; another solid than blocks.
     pub fn on_plane(&self, z_mm: f64, window: Window) -> Result<Self, SceneError> {
+        in_range("the place of a plane (mm)", z_mm, -1e9, 1e9)?;
         window.validate()?;
         let Kind::Block(block) = &self.kind else {
             return Err(SceneError::Needs("only light behind a block can be seen on other planes than the receiver"));
@@ -140,9 +141,9 @@ impl Tracer {
         }
     }
 
-    /// Angle between the light for a point of a block's exit face, above `(x, y)` = `at_mm`, and
-    /// the normal of the face there, radians: in the glass, or before the mirror. None where no
-    /// light comes, and in other solids.
+    /// Angle at which the light for a point `at_mm` of the [aperture](Self::aperture_mm) meets the
+    /// normal of the first block's exit face, radians: in the glass, or before the mirror. None
+    /// where no light comes, and in other solids.
     pub fn incidence_at(&self, at_mm: DVec2) -> Option<f64> {
         match &self.kind {
             Kind::Block(block) => block.incidence_at(at_mm),

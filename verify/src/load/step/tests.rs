@@ -1,5 +1,6 @@
 use super::*;
-use crate::solid;
+use crate::{block::Block, solid};
+use glam::DVec2;
 use proptest::prelude::*;
 
 /// A block of 4 x 2 x 1 mm whose top is a net of degree 1.
@@ -44,6 +45,91 @@ fn block() -> String {
     text += "#32=B_SPLINE_SURFACE_WITH_KNOTS('',1,1,((#5,#8),(#6,#7)),.UNSPECIFIED.,.F.,.F.,.F.,(2,2),(2,2),(0.,1.),(0.,1.),.UNSPECIFIED.);\n";
     text += "#33=CLOSED_SHELL('',(#106,#116,#126,#136,#146,#156));\n#34=MANIFOLD_SOLID_BREP('',#33);\n";
     text + "#35=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\nENDSEC;\nEND-ISO-10303-21;\n"
+}
+
+/// Height of a control point of the lower (0) or upper (1) face of a block of 6 x 3 mm.
+fn control(side: usize, i: usize, j: usize) -> f64 {
+    [-2.0, 0.0][side] + 0.1 * ((3 * i + 5 * j + 2 * side) % 7) as f64
+}
+
+/// A block whose faces below and above are bicubic patches.
+fn two_patches() -> String {
+    let mut text =
+        block().lines().take(5).collect::<Vec<_>>().join("\n") + "\n#30=LINE('',#200,$);\n#31=PLANE('',#30);\n";
+    let point = |side: usize, (i, j): (usize, usize)| 200 + 1000 * side + 10 * i + j;
+    let corners = [(0, 0), (3, 0), (3, 3), (0, 3)];
+    let mut loops = Vec::new();
+    for side in [0, 1] {
+        for k in 0..16 {
+            let (i, j) = (k / 4, k % 4);
+            let at = (2.0 * i as f64, j as f64, control(side, i, j));
+            text += &format!("#{}=CARTESIAN_POINT('',({:?},{:?},{:?}));\n", point(side, (i, j)), at.0, at.1, at.2);
+        }
+        let vertex = |corner: (usize, usize)| point(side, corner) + 5000;
+        for corner in corners {
+            text += &format!("#{}=VERTEX_POINT('',#{});\n", vertex(corner), point(side, corner));
+        }
+        for (k, from) in corners.into_iter().enumerate() {
+            let to = corners[(k + 1) % 4];
+            let along = [0, 1, 2, 3].map(|m| ((from.0 * (3 - m) + to.0 * m) / 3, (from.1 * (3 - m) + to.1 * m) / 3));
+            let [a, b, c, d] = along.map(|at| point(side, at));
+            let n = 10 + 4 * side + k;
+            text += &format!(
+                "#{}=B_SPLINE_CURVE_WITH_KNOTS('',3,(#{a},#{b},#{c},#{d}),.UNSPECIFIED.,.F.,.F.,(4,4),(0.,1.),.UNSPECIFIED.);\n",
+                n + 50
+            );
+            text += &format!("#{n}=EDGE_CURVE('',#{},#{},#{},.T.);\n", vertex(from), vertex(to), n + 50);
+        }
+        let rows = [0, 1, 2, 3].map(|i| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|j| point(side, (i, j)));
+            format!("(#{a},#{b},#{c},#{d})")
+        });
+        text += &format!(
+            "#{}=B_SPLINE_SURFACE_WITH_KNOTS('',3,3,({}),.UNSPECIFIED.,.F.,.F.,.F.,(4,4),(4,4),(0.,1.),(0.,1.),.UNSPECIFIED.);\n",
+            40 + side,
+            rows.join(",")
+        );
+    }
+    for (k, corner) in corners.into_iter().enumerate() {
+        text +=
+            &format!("#{}=EDGE_CURVE('',#{},#{},#30,.T.);\n", 20 + k, point(0, corner) + 5000, point(1, corner) + 5000);
+        loops.push((31, "T", [(10 + k, "T"), (20 + (k + 1) % 4, "T"), (14 + k, "F"), (20 + k, "F")]));
+    }
+    loops.push((40, "F", [(13, "F"), (12, "F"), (11, "F"), (10, "F")]));
+    loops.push((41, "T", [(14, "T"), (15, "T"), (16, "T"), (17, "T")]));
+    let mut faces = Vec::new();
+    for (k, (surface, sense, edges)) in loops.into_iter().enumerate() {
+        let n = 100 + 10 * k;
+        for (m, (edge, sense)) in edges.into_iter().enumerate() {
+            text += &format!("#{}=ORIENTED_EDGE('',*,*,#{edge},.{sense}.);\n", n + m);
+        }
+        text += &format!("#{}=EDGE_LOOP('',(#{n},#{},#{},#{}));\n", n + 4, n + 1, n + 2, n + 3);
+        text += &format!(
+            "#{}=FACE_OUTER_BOUND('',#{},.T.);\n#{}=ADVANCED_FACE('',(#{0}),#{surface},.{sense}.);\n",
+            n + 5,
+            n + 4,
+            n + 6
+        );
+        faces.push(format!("#{}", n + 6));
+    }
+    text += &format!("#33=CLOSED_SHELL('',({}));\n#34=MANIFOLD_SOLID_BREP('',#33);\n", faces.join(","));
+    text + "#35=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\nENDSEC;\nEND-ISO-10303-21;\n"
+}
+
+#[test]
+fn two_b_spline_faces_are_the_reliefs_of_a_block() {
+    let mesh = parse(two_patches().as_bytes()).unwrap();
+    let block = Block::from_mesh(&mesh).unwrap();
+    let (nodes, entry) = block.entry_heights_mm().unwrap();
+    assert_eq!((nodes, block.nodes(), block.size_mm()), ((5, 5), (5, 5), DVec2::new(6.0, 3.0)));
+    let bernstein = |t: f64| [(1.0 - t).powi(3), 3.0 * t * (1.0 - t).powi(2), 3.0 * t * t * (1.0 - t), t.powi(3)];
+    for (side, heights) in [(0, entry), (1, block.heights_mm())] {
+        for (k, z) in heights.iter().enumerate() {
+            let (u, v) = (bernstein((k % 5) as f64 / 4.0), bernstein((k / 5) as f64 / 4.0));
+            let wanted: f64 = (0..16).map(|m| u[m / 4] * v[m % 4] * control(side, m / 4, m % 4)).sum();
+            assert!((z - wanted).abs() < 1e-12, "face {side}, node {k}: {z} {wanted}");
+        }
+    }
 }
 
 /// Demands that a damaged file is refused with these words.

@@ -170,20 +170,20 @@ impl Body {
         }
     }
 
-    /// Whether light that comes through air to a point of an entry face with a relief has met another part of it
-    /// before.
+    /// Whether light that comes through air to a point of an entry face with a relief has met another
+    /// part of it before.
     pub(super) fn entry_is_hidden(&self, point: DVec3, direction: DVec3) -> bool {
-        // Back through air, out of glass.
+        // Backwards, through air into the glass that the light has come through.
         self.meets_the_entry(point, -direction, true)
     }
 
-    /// Whether a ray from a point of an entry face with a relief crosses it elsewhere, into the glass (outwards,
-    /// as seen from below) or out of it.
-    fn meets_the_entry(&self, point: DVec3, direction: DVec3, outwards: bool) -> bool {
+    /// Whether a ray from a point of an entry face with a relief crosses it elsewhere: out of the air
+    /// below, or out of the glass.
+    fn meets_the_entry(&self, point: DVec3, direction: DVec3, out_of_air: bool) -> bool {
         let Some(Face { search, .. }) = self.entry.as_ref().filter(|entry| !entry.search.is_steep(direction)) else {
             return false;
         };
-        let other = |crossing: &Crossing| crossing.outwards == outwards && crossing.t > AGAIN_MM;
+        let other = |crossing: &Crossing| crossing.outwards == out_of_air && crossing.t > AGAIN_MM;
         search.search(&SearchRay::new(point, direction), other).is_some()
     }
 

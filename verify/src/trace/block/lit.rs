@@ -94,21 +94,30 @@ impl BlockTracer {
         RayPath { power, ..self.onwards(left, finish) }
     }
 
-    /// Angle of the light above a point to the normal of the face there, radians.
+    /// Angle of the light above a point to the normal of the exit face where it meets that, radians.
     pub(in crate::trace) fn incidence_at(&self, at: DVec2) -> Option<f64> {
         let lit = self.lit(self.rays, at).filter(|lit| !self.is_hidden(lit))?;
-        Some(lit.arrival.direction.dot(lit.normal).abs().min(1.0).acos())
+        let Arrival { direction, transmittance, .. } = lit.arrival;
+        let (direction, normal) = if self.body.entry.is_some() {
+            let inside =
+                self.body.enter(Ray { point: lit.point, direction, transmittance }, lit.normal, 0, None).ok()?;
+            (inside.direction, self.body.exit(&SearchRay::new(inside.point, inside.direction)).ok()?.1)
+        } else {
+            (direction, lit.normal)
+        };
+        Some(direction.dot(normal).abs().min(1.0).acos())
     }
 
     /// How much light falls on the face.
     pub(super) fn incident(&self) -> IncidentFlux {
-        let size = self.body.block.exit.upper - self.body.block.exit.lower;
+        let (lower, upper) = self.aperture();
+        let size = upper - lower;
         let (mut sum, mut vignetted) = (0.0, 0.0);
         for j in 0..POINTS {
             let (mut row, mut row_vignetted) = (0.0, 0.0);
             for i in 0..POINTS {
                 let place = (DVec2::new(i as f64, j as f64) + 0.5) / POINTS as f64;
-                let Some(lit) = self.lit(self.rays, self.body.block.exit.lower + place * size) else { continue };
+                let Some(lit) = self.lit(self.rays, lower + place * size) else { continue };
                 row += lit.flux;
                 row_vignetted += if self.is_vignetted(&lit) { lit.flux } else { 0.0 };
             }

@@ -105,10 +105,9 @@ impl BlockTracer {
     pub(in crate::trace) fn on_plane(&self, z_mm: f64) -> Result<Self, SceneError> {
         // Blocks of a row stand clear of each other, so that those before the plane are the first.
         let before = self.spans.iter().take_while(|(_, to)| *to < z_mm).count();
-        let meets = self.spans.get(before).filter(|(from, _)| *from <= z_mm || before == 0).map(|_| before);
-        if let Some(k) = meets.or((!z_mm.is_finite()).then_some(0)) {
-            let (from_mm, to_mm) = self.spans[k];
-            return Err(SceneError::Plane { z_mm, block: k + 1, from_mm, to_mm });
+        let next = self.spans.get(before).filter(|(from, _)| *from <= z_mm || before == 0);
+        if let Some(&(from_mm, to_mm)) = next {
+            return Err(SceneError::Plane { z_mm, block: before + 1, from_mm, to_mm });
         }
         let later = self.later[..before - 1].to_vec();
         Ok(Self { later, receiver: Receiver::across_axis(z_mm), ..self.clone() })
@@ -125,7 +124,8 @@ impl BlockTracer {
     }
 
     pub(in crate::trace) fn aperture(&self) -> (DVec2, DVec2) {
-        (self.body.exit.relief().lower, self.body.exit.relief().upper)
+        let plan = self.body.entry.as_ref().unwrap_or(&self.body.exit).relief();
+        (plan.lower, plan.upper)
     }
 
     /// Builds the search structures that will be needed for sure.
