@@ -596,3 +596,31 @@ fn what_is_not_handled_is_refused_by_name() {
     let error = block.clone().with_entry_heights((9, 9), shallow).unwrap_err().to_string();
     assert!(error.contains("not above the entry face"), "{error}");
 }
+
+#[test]
+fn no_light_is_lost_between_the_steepest_faces() {
+    let steep = |depth: f64, phase: f64| move |x: f64, y: f64| depth * (0.9 * x + phase).sin() * (0.7 * y).cos();
+    let first = plate(SIZE, (81, 61), -15.0, steep(1.4, 0.0));
+    let second = plate(1.5 * SIZE, (83, 71), -12.0, steep(1.2, 1.0));
+    let lens = between(SIZE, (75, 67), |x, y| steep(1.3, 2.0)(x, y) - 15.0, steep(1.4, 0.5));
+    let tilted = Displacement { turned: DVec3::new(0.2, -0.1, 0.3), ..Displacement::default() };
+    let tilted = RowBlock { displaced: tilted, ..RowBlock::from(&lens) };
+    for row in [Row::of(&first).then(8.0, &second), Row::of(&lens), Row::of(&first).then(15.0, tilted)] {
+        for light in [DVec3::Z, DVec3::new(0.4, -0.2, 1.0)] {
+            for traversal in [Traversal::Bvh, Traversal::Grid] {
+                let light = Light::parallel(light);
+                let fresnel = Fresnel::On;
+                let scene = Scene { light, traversal, fresnel, ..scene(SIZE, 32, 60.0) };
+                let tracer = Tracer::for_row(&row, &scene).unwrap();
+                let seen = beams(&tracer, 160, 120).flux;
+                let shot = photons(&tracer, &PhotonPlan::new(60_000, 7)).unwrap().flux();
+                for flux in [seen, shot] {
+                    assert!((flux.total() - 1.0).abs() < 1e-12 && flux.lost == 0.0, "{flux:?}");
+                    assert!(flux.window > 0.02 && flux.totally_reflected > 0.001, "{flux:?}");
+                }
+                // Both count the same ends, as well as beams between torn corners do.
+                assert!((seen.totally_reflected - shot.totally_reflected).abs() < 0.02, "{seen:?} {shot:?}");
+            }
+        }
+    }
+}

@@ -130,7 +130,7 @@ impl Body {
             let before = point + direction * ((self.lowest_mm - BEFORE_MM - point.z) / direction.z);
             let ray = SearchRay::new(before, direction);
             let hit = entry.search.first_crossing(&ray).ok_or(End::Beside)?;
-            return entry.met(&ray, &hit);
+            return Ok(entry.met(&ray, &hit));
         }
         let entry_z = self.block.entry_z;
         let at = (point + direction * ((entry_z - point.z) / direction.z)).truncate();
@@ -234,7 +234,7 @@ impl Body {
             // By the wall of a block that is no rectangle, beyond which its grid goes on.
             return Err(if self.is_below(ray.origin.truncate()) { End::Side } else { End::Beside });
         }
-        self.exit.met(ray, &hit)
+        Ok(self.exit.met(ray, &hit))
     }
 
     /// Whether the exit face reaches over a point.

@@ -1,11 +1,7 @@
 //! A face with a relief: how it is understood between the nodes, and where rays meet it.
 
 use super::{hit::Hit, search::FaceSearch};
-use crate::{
-    block::Relief,
-    spline::Bicubic,
-    trace::{accel::SearchRay, path::End},
-};
+use crate::{block::Relief, spline::Bicubic, trace::accel::SearchRay};
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
 
@@ -32,12 +28,15 @@ impl Face {
         &self.search.relief
     }
 
-    /// Where a ray meets the face whose triangles it crosses so, and the unit normal there.
+    /// Where a ray meets the face whose triangles it crosses so, and the unit normal there. One that
+    /// grazes a crest so that it crosses its triangles and not the spline meets it at these.
     #[inline]
-    pub(super) fn met(&self, ray: &SearchRay, hit: &Hit) -> Result<(DVec3, DVec3), End> {
+    pub(super) fn met(&self, ray: &SearchRay, hit: &Hit) -> (DVec3, DVec3) {
+        let crossing = ray.at(hit.crossing.t);
         match &self.model {
-            Model::Spline(spline) => on_spline(spline, ray, hit.crossing.t).ok_or(End::Lost),
-            _ => Ok((ray.at(hit.crossing.t), self.flat_normal(hit))),
+            Model::Spline(spline) => on_spline(spline, ray, hit.crossing.t)
+                .unwrap_or_else(|| (crossing, self.normal_above(crossing.truncate()))),
+            _ => (crossing, self.flat_normal(hit)),
         }
     }
 
