@@ -99,7 +99,7 @@ pub use estimate::{
 };
 pub use mesh::{CornerNormals, Mesh, TrimmedFace};
 pub use scene::{
-    BeamProfile, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError, SourceExtent, Surface,
-    Traversal, Window,
+    BeamProfile, Displacement, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError,
+    SourceExtent, Standing, Surface, Traversal, Window,
 };
-pub use trace::{Displacement, End, RayPath, Row, RowBlock, Tracer};
+pub use trace::{End, RayPath, Row, RowBlock, Tracer};

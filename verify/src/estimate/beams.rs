@@ -136,9 +136,13 @@ pub fn beams(tracer: &Tracer, nx: usize, ny: usize) -> Beams {
 /// their corners, just inside of them. Parallel light that leaves a plane facet is parallel, and so
 /// these beams are exact, where those of [`beams`] reach from one facet to the next; in the light
 /// of a point they err as those do on a smooth surface. `tracer` has been made for this block with
-/// [`Surface::Facets`](crate::Surface::Facets).
+/// [`Surface::Facets`](crate::Surface::Facets). Behind other blocks light comes to no facet parallel:
+/// there these are [`beams`], four to a cell.
 pub fn facet_beams(tracer: &Tracer, block: &Block) -> Beams {
     let (columns, rows) = (block.exit.nx - 1, block.exit.ny - 1);
+    if tracer.blocks() > 1 {
+        return beams(tracer, 2 * columns, 2 * rows);
+    }
     let film = Film::new(&tracer.scene().window);
     let lines = tracer.facet_lines();
     tracer.prepare_beams(lines.is_some());

@@ -4,6 +4,7 @@ mod error;
 mod extent;
 mod light;
 mod optics;
+mod standing;
 mod surface;
 mod window;
 
@@ -11,12 +12,14 @@ pub use error::SceneError;
 pub use extent::SourceExtent;
 pub use light::{BeamProfile, Emission, IntensityTable, Light};
 pub use optics::{Fresnel, Optics};
+pub use standing::{Displacement, Standing};
 pub use surface::{Geometry, Surface, Traversal};
 pub use window::Window;
 
 use error::GREATEST_TILT_DEG;
 pub(crate) use error::in_range;
 use glam::{DMat3, DQuat, DVec3};
+use std::fmt;
 
 /// The optical bench: light, a solid of glass or a mirror, a receiver plane.
 ///
@@ -44,7 +47,7 @@ use glam::{DMat3, DQuat, DVec3};
 ///
 /// Tallies of photons name their bench by the [`Debug`](std::fmt::Debug) form of a scene: a field
 /// under another name would keep those of an earlier version from being merged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Scene {
     /// Glass or mirror.
     pub optics: Optics,
@@ -56,6 +59,9 @@ pub struct Scene {
     pub light: Light,
     /// The irradiance of the beam, where it was measured.
     pub profile: Option<BeamProfile>,
+    /// The blocks that light passes before the one that is looked at, in its order. Only for a
+    /// [`Block`](crate::Block).
+    pub before: Vec<Standing>,
     /// The extent of the light: only [`photons`](crate::photons) see it. Only for a
     /// [`Block`](crate::Block).
     pub spread: SourceExtent,
@@ -84,6 +90,30 @@ pub struct Scene {
 /// Least distance between a source and the block, mm.
 const CLEARANCE_MM: f64 = 1e-3;
 
+impl fmt::Debug for Scene {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut all = f.debug_struct("Scene");
+        all.field("optics", &self.optics)
+            .field("distance_mm", &self.distance_mm)
+            .field("receiver_turned", &self.receiver_turned)
+            .field("light", &self.light)
+            .field("profile", &self.profile);
+        // Tallies from before there were rows are still those of a block alone.
+        if !self.before.is_empty() {
+            all.field("before", &self.before);
+        }
+        all.field("spread", &self.spread)
+            .field("roughness", &self.roughness)
+            .field("turned", &self.turned)
+            .field("window", &self.window)
+            .field("fresnel", &self.fresnel)
+            .field("surface", &self.surface)
+            .field("geometry", &self.geometry)
+            .field("traversal", &self.traversal)
+            .finish()
+    }
+}
+
 impl Scene {
     /// Greatest tilt of parallel light and of the receiver against the axis, degrees.
     pub const GREATEST_TILT_DEG: f64 = GREATEST_TILT_DEG;
@@ -96,6 +126,7 @@ impl Scene {
             receiver_turned: DVec3::ZERO,
             light: Light::Parallel { direction: DVec3::Z },
             profile: None,
+            before: Vec::new(),
             spread: SourceExtent::None,
             roughness: 0.0,
             turned: DVec3::ZERO,
@@ -129,7 +160,12 @@ impl Scene {
     pub fn is_straight(&self) -> bool {
         let up = matches!(&self.light, Light::Parallel { direction } if direction.normalize_or_zero() == DVec3::Z);
         let glass = matches!(self.optics, Optics::Refracts { .. });
-        glass && up && self.profile.is_none() && self.turned == DVec3::ZERO && self.receiver_turned == DVec3::ZERO
+        glass
+            && up
+            && self.before.is_empty()
+            && self.profile.is_none()
+            && self.turned == DVec3::ZERO
+            && self.receiver_turned == DVec3::ZERO
     }
 
     /// Where light has to travel along the axis: +1 into glass, -1 onto a mirror.

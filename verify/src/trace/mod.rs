@@ -15,5 +15,5 @@ mod tracer;
 
 pub(crate) use block::{FromFacet, RayRow};
 pub use path::{End, RayPath};
-pub use row::{Displacement, Row, RowBlock};
+pub use row::{Row, RowBlock};
 pub use tracer::Tracer;

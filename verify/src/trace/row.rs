@@ -3,7 +3,7 @@
 use super::stand::Stand;
 use crate::{
     block::Block,
-    scene::{Scene, SceneError, in_range},
+    scene::{Displacement, Scene, SceneError, Standing, in_range},
 };
 use glam::{DMat3, DVec3};
 
@@ -43,18 +43,15 @@ pub struct RowBlock<'a> {
     pub displaced: Displacement,
 }
 
-/// How a block stands beside its place.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Displacement {
-    /// By how much it is moved, mm.
-    pub shift_mm: DVec3,
-    /// How it is turned about the centre of its mean exit plane: a rotation vector, radians.
-    pub turned: DVec3,
-}
-
 impl<'a> From<&'a Block> for RowBlock<'a> {
     fn from(block: &'a Block) -> Self {
         Self { block, ior: None, displaced: Displacement::default() }
+    }
+}
+
+impl<'a> From<&'a Standing> for RowBlock<'a> {
+    fn from(standing: &'a Standing) -> Self {
+        Self { block: &standing.block, ior: Some(standing.ior), displaced: standing.displaced }
     }
 }
 
@@ -65,6 +62,13 @@ impl<'a> Row<'a> {
     /// The block that light meets first.
     pub fn of(first: impl Into<RowBlock<'a>>) -> Self {
         Self { blocks: vec![first.into()], gaps_mm: Vec::new() }
+    }
+
+    /// A block, and what stands before it.
+    pub fn behind(before: &'a [Standing], last: &'a Block) -> Self {
+        let gaps_mm = before.iter().map(|standing| standing.gap_mm).collect();
+        let blocks = before.iter().map(RowBlock::from).chain([RowBlock::from(last)]).collect();
+        Self { blocks, gaps_mm }
     }
 
     /// The same row with another block behind it: `gap_mm` of air from the mean exit plane of the

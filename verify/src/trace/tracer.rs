@@ -28,17 +28,18 @@ enum Kind {
 }
 
 impl Tracer {
-    /// Prepares a block: through the entry face, the exit face and the gap to the receiver, or from
-    /// the light to the mirror and the receiver.
+    /// Prepares a block, behind what its bench has before it: through the entry face, the exit face
+    /// and the gap to the receiver, or from the light to the mirror and the receiver.
     ///
     /// # Errors
     /// A bench that cannot be, or no light on the block; for an entry face that is not planar flat
     /// triangles, or the normal-mapped plane.
     pub fn for_block(block: &Block, scene: &Scene) -> Result<Self, SceneError> {
-        Self::for_row(&Row::of(block), scene)
+        Self::for_row(&Row::behind(&scene.before, block), scene)
     }
 
-    /// Prepares blocks in a row, from the light through one after the other to the receiver.
+    /// Prepares blocks in a row, from the light through one after the other to the receiver, whatever
+    /// their bench has before them.
     ///
     /// # Errors
     /// As of [`for_block`](Self::for_block); a row that cannot be, blocks that meet, a mirror in a
@@ -80,6 +81,9 @@ impl Tracer {
         scene.validate(&Scene::corners(lower, upper))?;
         if scene.turned != DVec3::ZERO {
             return Err(SceneError::Needs("only a block can be turned on the bench"));
+        }
+        if !scene.before.is_empty() {
+            return Err(SceneError::Needs("only a block is looked at behind other blocks"));
         }
         if scene.spread != SourceExtent::None || scene.roughness != 0.0 {
             return Err(SceneError::Needs(
