@@ -12,7 +12,7 @@ pub use receiver::Receiver;
 
 use crate::{
     grid::{Contour, Extent, Outline},
-    light::{Incidence, Intensity, Light, PointWave, Profile},
+    light::{Beginning, Congruence, Incidence, Intensity, KnownFace, Light, PointWave, Profile, Wavefront, passed},
 };
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -29,6 +29,20 @@ pub struct Bench {
     exit_face: ExitFace,
     light: Light,
     profile: Option<Arc<Profile>>,
+    passed: Option<Arc<Passed>>,
+}
+
+/// Known faces, and the light behind them.
+#[derive(Clone, Debug)]
+struct Passed {
+    faces: Vec<KnownFace>,
+    wavefront: Wavefront,
+}
+
+impl PartialEq for Passed {
+    fn eq(&self, other: &Self) -> bool {
+        self.faces == other.faces
+    }
 }
 
 impl Bench {
@@ -71,7 +85,7 @@ impl Bench {
         };
         let light = Light::Parallel { direction };
         let receiver = Receiver::new(distance_mm, block);
-        Ok(Self { block, outline: Outline::Rectangle, receiver, exit_face, light, profile: None })
+        Ok(Self { block, outline: Outline::Rectangle, receiver, exit_face, light, profile: None, passed: None })
     }
 
     /// The same bench with a block of another outline within its extent.
@@ -155,13 +169,13 @@ impl Bench {
         self
     }
 
-    /// Where the light that a flat face sends out at its middle lands on the receiver, mm in its
-    /// coordinates: the natural place of the picture.
+    /// Where the light that a flat face behind nothing else sends out at its middle lands on the
+    /// receiver, mm in its coordinates: the natural place of the picture.
     ///
     /// # Errors
     /// Light that is kept inside by a flat face, or goes past the receiver.
     pub fn undisturbed_landing_mm(&self) -> Result<DVec2, BenchError> {
-        let tangential = self.light_direction().truncate() * self.exit_face.ior();
+        let tangential = self.light_in_air().truncate();
         let direction = tangential.extend((1.0 - tangential.length_squared()).sqrt());
         let at = self.receiver.landing(DVec3::ZERO, direction);
         if at.is_finite() { Ok(at) } else { Err(BenchError::PastReceiver { direction }) }
@@ -172,7 +186,7 @@ impl Bench {
     ///
     /// # Errors
     /// A direction that is not finite or does not reach the face from its own side.
-    pub fn with_light_direction(mut self, direction: DVec3) -> Result<Self, BenchError> {
+    pub fn with_light_direction(self, direction: DVec3) -> Result<Self, BenchError> {
         let unit = direction.normalize_or_zero();
         let towards = match self.exit_face {
             ExitFace::Refracts { .. } => unit.z,
@@ -181,8 +195,7 @@ impl Bench {
         if !unit.is_finite() || towards.is_nan() || towards < 1e-3 {
             return Err(BenchError::Direction { direction });
         }
-        self.light = Light::Parallel { direction: unit };
-        Ok(self)
+        self.lit(Light::Parallel { direction: unit })
     }
 
     /// The same with the light travelling along `direction` before it meets the block: for glass,
@@ -205,7 +218,7 @@ impl Bench {
     /// A length out of its limits, a source in or next to the block, or light that would graze the
     /// block.
     pub fn with_point_source(
-        mut self,
+        self,
         position_mm: DVec3,
         thickness_mm: f64,
         intensity: Intensity,
@@ -236,21 +249,68 @@ impl Bench {
                 }
             }
         }
-        self.light = Light::Point { position_mm, thickness_mm, intensity };
+        let light = Light::Point { position_mm, thickness_mm, intensity };
+        let passed = self.passed.clone();
+        let bare = Self { light, passed: None, ..self };
         // The angle is greatest at a corner.
-        let light = self.incidence();
+        let incidence = bare.incidence();
         let corners = (0..4).map(|k| {
-            let at_mm = self.block.node(k % 2, k / 2, 2, 2);
-            let inside = light.at(at_mm.extend(0.0)).direction.truncate().length();
+            let at_mm = bare.block.node(k % 2, k / 2, 2, 2);
+            let inside = incidence.at(at_mm.extend(0.0)).direction.truncate().length();
             // Where no light arrives this is not a number, and rounding may leave it above 1: both
             // are no more than grazing.
-            (at_mm, (inside * self.exit_face.ior()).min(1.0).asin().to_degrees())
+            (at_mm, (inside * bare.exit_face.ior()).min(1.0).asin().to_degrees())
         });
         let worst = corners.fold((DVec2::ZERO, 0.0), |worst, corner| if corner.1 > worst.1 { corner } else { worst });
         if worst.1 > Self::GREATEST_INCIDENCE_DEG {
             return Err(BenchError::Grazing { at_mm: worst.0, angle_deg: worst.1 });
         }
-        Ok(self)
+        Self { passed, ..bare }.lit(light)
+    }
+
+    /// The same bench with known faces on the way of the light, in its order: an entry face that is not
+    /// planar, or plates before the block. The last of them is the entry face of the block, with the
+    /// index of its glass behind it.
+    ///
+    /// # Errors
+    /// Faces for a mirror, a last face before some other glass, and light that does not come through to
+    /// every part of the block.
+    pub fn behind(self, faces: Vec<KnownFace>) -> Result<Self, BenchError> {
+        let ior = match self.exit_face {
+            ExitFace::Refracts { ior } => ior,
+            ExitFace::Reflects => return Err(BenchError::FacesBeforeMirror),
+        };
+        let index = faces.last().map_or(f64::NAN, |face| face.index_behind);
+        let same = (index - ior).abs() < 1e-12;
+        if !same {
+            return Err(BenchError::IndexBehind { index, wanted: ior });
+        }
+        let wavefront = passed(self.beginning(), &faces, self.block)?;
+        Ok(Self { passed: Some(Arc::new(Passed { faces, wavefront })), ..self })
+    }
+
+    /// The faces that light passes before the structured face; none if there is but a planar entry
+    /// face.
+    pub fn known_faces(&self) -> &[KnownFace] {
+        self.passed.as_ref().map_or(&[], |passed| &passed.faces)
+    }
+
+    /// The same bench in another light.
+    fn lit(self, light: Light) -> Result<Self, BenchError> {
+        let faces = self.passed.as_ref().map(|passed| passed.faces.clone());
+        let lit = Self { light, passed: None, ..self };
+        match faces {
+            Some(faces) => lit.behind(faces),
+            None => Ok(lit),
+        }
+    }
+
+    /// How the light begins, in air.
+    fn beginning(&self) -> Beginning {
+        match self.light {
+            Light::Parallel { .. } => Beginning::Parallel(self.light_in_air()),
+            Light::Point { position_mm, intensity, .. } => Beginning::Point(position_mm, intensity),
+        }
     }
 
     /// The light as it arrives at every point of the structured face.
@@ -259,11 +319,23 @@ impl Bench {
     }
 
     /// The same without the profile.
-    pub(crate) fn even_incidence(&self) -> Incidence<'static> {
-        Incidence::even(self.light, self.exit_face, self.block)
+    pub(crate) fn even_incidence(&self) -> Incidence<'_> {
+        match (self.congruence(), self.light) {
+            (Some(congruence), _) => Incidence::curved(congruence),
+            (None, Light::Parallel { direction }) => Incidence::parallel(direction),
+            (None, Light::Point { .. }) => unreachable!("light of a point is a congruence"),
+        }
     }
 
-    /// The wave of its source, if the light comes from a point.
+    /// The light as a congruence of rays, if it is not the same everywhere before the structured face.
+    pub(crate) fn congruence(&self) -> Option<Congruence<'_>> {
+        match &self.passed {
+            Some(passed) => Some(Congruence::Passed(&passed.wavefront)),
+            None => self.wave().map(Congruence::Point),
+        }
+    }
+
+    /// The wave of its source behind a planar entry face, if the light comes from a point.
     pub(crate) fn wave(&self) -> Option<PointWave> {
         match self.light {
             Light::Parallel { .. } => None,
@@ -271,6 +343,11 @@ impl Bench {
                 Some(PointWave::new((position_mm, thickness_mm), intensity, self.exit_face, self.block))
             }
         }
+    }
+
+    /// Whether the light meets the structured face with the same direction and flux everywhere.
+    pub(crate) fn is_evenly_lit(&self) -> bool {
+        self.congruence().is_none() && self.profile.is_none()
     }
 
     /// Size of the exit face.
@@ -323,21 +400,23 @@ impl Bench {
         self.light
     }
 
-    /// Unit vector along which the light travels before it meets the block; if it comes from a
-    /// point, that which arrives at the middle of the face.
+    /// Unit vector along which the light travels before it meets anything; if it comes from a point,
+    /// that which would arrive at the middle of the face through a planar entry face.
     pub fn light_in_air(&self) -> DVec3 {
-        let inside = self.light_direction();
+        let inside = match (self.light, self.wave()) {
+            (Light::Parallel { direction }, _) => direction,
+            (_, wave) => {
+                wave.map_or(DVec3::NAN, |wave| Incidence::curved(Congruence::Point(wave)).at(DVec3::ZERO).direction)
+            }
+        };
         let tangential = inside.truncate() * self.exit_face.ior();
         tangential.extend((1.0 - tangential.length_squared()).max(0.0).sqrt().copysign(inside.z))
     }
 
-    /// Unit vector along which the light travels as it arrives at the structured face; if it comes
-    /// from a point, at the middle of the face.
+    /// Unit vector along which the light travels as it arrives at the structured face; if it is not
+    /// the same everywhere, at the middle of the face.
     pub fn light_direction(&self) -> DVec3 {
-        match self.light {
-            Light::Parallel { direction } => direction,
-            Light::Point { .. } => self.incidence().at(DVec3::ZERO).direction,
-        }
+        self.even_incidence().at(DVec3::ZERO).direction
     }
 }
 

@@ -1,5 +1,5 @@
 use super::limits::{GREATEST_INCIDENCE_DEG, GREATEST_LEAN_DEG, IOR_LIMITS};
-use crate::light::ProfileError;
+use crate::light::{PassageError, ProfileError};
 use glam::{DVec2, DVec3};
 
 /// Why a bench cannot be built.
@@ -33,6 +33,20 @@ pub enum BenchError {
         least_mm: f64,
         /// Greatest accepted radius, mm.
         greatest_mm: f64,
+    },
+    /// Light does not come through what stands before the block.
+    #[error(transparent)]
+    Passage(#[from] PassageError),
+    /// Known faces before a mirror.
+    #[error("a mirror has no faces before its own: take a block of glass")]
+    FacesBeforeMirror,
+    /// The last of the known faces does not begin the block.
+    #[error("behind the last of the known faces the index is {index}; it must be that of the block, {wanted}")]
+    IndexBehind {
+        /// Index behind the last face; not a number if there is none.
+        index: f64,
+        /// Index of the block.
+        wanted: f64,
     },
     /// The index does not bend light, or is not that of a transparent solid.
     #[error("the refractive index is {ior}; it must lie between {} and {} (acrylic 1.49, window glass 1.52)", IOR_LIMITS.0, IOR_LIMITS.1)]

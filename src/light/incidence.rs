@@ -1,5 +1,4 @@
-use super::{profile::Profile, source::Light, wave::PointWave};
-use crate::{bench::ExitFace, grid::Extent};
+use super::{congruence::Congruence, profile::Profile};
 use glam::{DVec2, DVec3};
 
 /// The light at one point of the structured face.
@@ -21,29 +20,28 @@ impl Incoming {
 /// The light of a bench, ready to be asked point by point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Incidence<'a> {
-    wave: Wave,
+    wave: Wave<'a>,
     profile: Option<&'a Profile>,
 }
 
 /// How light travels.
 #[derive(Clone, Copy, Debug)]
-enum Wave {
+enum Wave<'a> {
     /// The same everywhere.
     Parallel(Incoming),
-    /// Of a point source.
-    Point(PointWave),
+    /// Another way at every point.
+    Curved(Congruence<'a>),
 }
 
 impl<'a> Incidence<'a> {
-    /// Light on a block with this face, spread evenly but for what its geometry gives.
-    pub(crate) fn even(light: Light, exit_face: ExitFace, block: Extent) -> Self {
-        let wave = match light {
-            Light::Parallel { direction } => Wave::Parallel(Incoming { direction, density: 1.0 }),
-            Light::Point { position_mm, thickness_mm, intensity } => {
-                Wave::Point(PointWave::new((position_mm, thickness_mm), intensity, exit_face, block))
-            }
-        };
-        Self { wave, profile: None }
+    /// Light that travels along a unit vector everywhere.
+    pub(crate) fn parallel(direction: DVec3) -> Self {
+        Self { wave: Wave::Parallel(Incoming { direction, density: 1.0 }), profile: None }
+    }
+
+    /// Light that is a congruence of rays.
+    pub(crate) fn curved(congruence: Congruence<'a>) -> Self {
+        Self { wave: Wave::Curved(congruence), profile: None }
     }
 
     /// The same, spread by a profile.
@@ -63,18 +61,18 @@ impl<'a> Incidence<'a> {
     }
 }
 
-impl Wave {
+impl Wave<'_> {
     #[inline(always)]
     fn at(&self, at: DVec3) -> Incoming {
-        match self {
-            Self::Parallel(incoming) => *incoming,
-            Self::Point(wave) => match wave.at(at.truncate(), at.z) {
-                Some(arrival) => {
-                    let direction = arrival.tangential.extend(arrival.axial) / wave.index;
-                    Incoming { direction, density: wave.footprint(&arrival).determinant() / direction.z.abs() }
-                }
-                None => Incoming { direction: DVec3::NAN, density: 0.0 },
-            },
-        }
+        let congruence = match self {
+            Self::Parallel(incoming) => return *incoming,
+            Self::Curved(congruence) => congruence,
+        };
+        let arrival = congruence.at(at.truncate(), at.z);
+        let known = arrival.and_then(|arrival| Some((arrival.incident(), congruence.label(&arrival)?.density())));
+        known.map_or(Incoming { direction: DVec3::NAN, density: 0.0 }, |(incident, density)| {
+            let direction = incident / congruence.index();
+            Incoming { direction, density: density / direction.z.abs() }
+        })
     }
 }

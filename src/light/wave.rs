@@ -43,7 +43,7 @@ pub(crate) struct PointWave {
 
 /// The wave at a point.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Arrival {
+pub(crate) struct PointArrival {
     /// `m`.
     pub(crate) tangential: DVec2,
     /// `N_z`.
@@ -129,13 +129,13 @@ impl PointWave {
 
     /// The wave at a point; none where no light of the source is.
     #[inline(always)]
-    pub(crate) fn at(&self, x: DVec2, z: f64) -> Option<Arrival> {
+    pub(crate) fn at(&self, x: DVec2, z: f64) -> Option<PointArrival> {
         self.near(x, z, None)
     }
 
     /// The same, found sooner from the wave at a point nearby.
     #[inline(always)]
-    pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&Arrival>) -> Option<Arrival> {
+    pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&PointArrival>) -> Option<PointArrival> {
         let (d, n) = (self.air_mm, self.index);
         let depth = self.sense * (z - self.origin_mm);
         // False, too, where the point is not a number.
@@ -165,7 +165,7 @@ impl PointWave {
         let chi = d / air + depth / glass;
         let tangential = offset / chi;
         let phase = tangential.dot(offset) - d * mu / (1.0 + air) - depth * mu / (n + glass) + self.sense * n * z;
-        (chi > 0.0).then_some(Arrival {
+        (chi > 0.0).then_some(PointArrival {
             tangential,
             axial: self.sense * glass,
             phase_mm: phase,
@@ -177,7 +177,7 @@ impl PointWave {
 
     /// `chi` and its first two derivatives with respect to `mu`.
     #[inline(always)]
-    fn chi(&self, at: &Arrival) -> [f64; 3] {
+    fn chi(&self, at: &PointArrival) -> [f64; 3] {
         let (air, glass) = (1.0 / (1.0 - at.mu), 1.0 / (self.index * self.index - at.mu));
         let (a, b) = (self.air_mm * air.sqrt(), at.depth_mm * glass.sqrt());
         [a + b, 0.5 * (a * air + b * glass), 0.75 * (a * air * air + b * glass * glass)]
@@ -185,7 +185,7 @@ impl PointWave {
 
     /// `dm/dX_t`: the curvature of the wave's trace on a plane across the axis, 1/mm.
     #[inline(always)]
-    pub(crate) fn bend(&self, at: &Arrival) -> DMat2 {
+    pub(crate) fn bend(&self, at: &PointArrival) -> DMat2 {
         let [chi, by_mu, _] = self.chi(at);
         let m = at.tangential;
         DMat2::IDENTITY * (1.0 / chi) - outer(m, m) * (2.0 * by_mu / (chi * (chi + 2.0 * at.mu * by_mu)))
@@ -193,7 +193,7 @@ impl PointWave {
 
     /// The footprint, mm.
     #[cfg(test)]
-    pub(crate) fn footprint_place(&self, at: &Arrival) -> DVec2 {
+    pub(crate) fn footprint_place(&self, at: &PointArrival) -> DVec2 {
         let psi = match self.intensity {
             Intensity::Lambertian => 1.0,
             Intensity::Isotropic => (2.0 / (1.0 + (1.0 - at.mu).sqrt())).sqrt(),
@@ -203,7 +203,7 @@ impl PointWave {
 
     /// How the footprint follows the point.
     #[inline(always)]
-    pub(crate) fn footprint(&self, at: &Arrival) -> Footprint {
+    pub(crate) fn footprint(&self, at: &PointArrival) -> Footprint {
         let mu = at.mu;
         let [chi, chi_1, chi_2] = self.chi(at);
         let glass = 1.0 / (self.index * self.index - mu);

@@ -8,11 +8,13 @@ use rayon::prelude::*;
 /// Uniform cubic B-splines in both directions, with the not-a-knot condition at the ends: it
 /// assumes nothing of the slope at the border, and reproduces every bicubic polynomial exactly. It
 /// is the surface that "the height field" means wherever a point between nodes is asked for.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSpline {
     extent: Extent,
     /// `nx + 2` by `ny + 2` coefficients: one more beyond each border.
     coefficients: Field<f64>,
+    /// Nodes to a millimetre.
+    per_mm: DVec2,
 }
 
 /// Value and first and second derivatives at one point.
@@ -29,7 +31,13 @@ pub struct SurfaceSample {
 impl SurfaceSpline {
     /// Interpolates the nodes of `surface`.
     pub fn through(surface: &HeightField) -> Self {
-        Self { extent: surface.extent(), coefficients: prefilter(surface.heights_mm()) }
+        Self::interpolating(surface.extent(), surface.heights_mm())
+    }
+
+    /// Interpolates values at nodes that span a rectangle edge to edge, at least 4 along each side.
+    pub(crate) fn interpolating(extent: Extent, nodes: &Field<f64>) -> Self {
+        let per_mm = 1.0 / extent.node_spacing(nodes.nx(), nodes.ny());
+        Self { extent, coefficients: prefilter(nodes), per_mm }
     }
 
     /// Size of the face.
@@ -43,32 +51,48 @@ impl SurfaceSpline {
     }
 
     /// The spline at a point, mm. Outside of the face its border polynomial continues.
+    #[inline]
     pub fn sample(&self, at: DVec2) -> SurfaceSample {
         let (nx, ny) = self.nodes();
-        let spacing = self.extent.node_spacing(nx, ny);
-        let position = (at - self.extent.lower()) / spacing;
+        let position = (at - self.extent.lower()) * self.per_mm;
         let (i, x) = Basis::locate(position.x, nx);
         let (j, y) = Basis::locate(position.y, ny);
-        let mut sums = [[0.0; 3]; 3]; // [derivative along y][derivative along x]
+        // Value, x, y, xx, xy, yy in units of nodes.
+        let mut sums = [0.0; 6];
         for l in 0..4 {
             let row = &self.coefficients.row(j + l)[i..i + 4];
             let dot = |w: &[f64; 4]| w[0] * row[0] + w[1] * row[1] + w[2] * row[2] + w[3] * row[3];
-            let along_x = [dot(&x.value), dot(&x.slope), dot(&x.curvature)];
-            for (sum, weight) in sums.iter_mut().zip([y.value[l], y.slope[l], y.curvature[l]]) {
-                for (s, v) in sum.iter_mut().zip(along_x) {
-                    *s += weight * v;
-                }
-            }
+            let (value, slope, curvature) = (dot(&x.value), dot(&x.slope), dot(&x.curvature));
+            sums[0] += y.value[l] * value;
+            sums[1] += y.value[l] * slope;
+            sums[2] += y.slope[l] * value;
+            sums[3] += y.value[l] * curvature;
+            sums[4] += y.slope[l] * slope;
+            sums[5] += y.curvature[l] * value;
         }
+        let DVec2 { x, y } = self.per_mm;
         SurfaceSample {
-            height_mm: sums[0][0],
-            slope: DVec2::new(sums[0][1], sums[1][0]) / spacing,
-            curvature: [
-                sums[0][2] / (spacing.x * spacing.x),
-                sums[1][1] / (spacing.x * spacing.y),
-                sums[2][0] / (spacing.y * spacing.y),
-            ],
+            height_mm: sums[0],
+            slope: DVec2::new(sums[1] * x, sums[2] * y),
+            curvature: [sums[3] * (x * x), sums[4] * (x * y), sums[5] * (y * y)],
         }
+    }
+
+    /// The spline at a point, mm. Outside of the face the parabola at the nearest point of its border
+    /// continues, which goes astray less than a cubic does.
+    #[inline]
+    pub(crate) fn continued(&self, at: DVec2) -> SurfaceSample {
+        let half = 0.5 * self.extent.as_vec();
+        let nearest = at.clamp(-half, half);
+        let mut sample = self.sample(nearest);
+        let by = at - nearest;
+        if by != DVec2::ZERO {
+            let [xx, xy, yy] = sample.curvature;
+            let rise = DVec2::new(xx * by.x + xy * by.y, xy * by.x + yy * by.y);
+            sample.height_mm += (sample.slope + 0.5 * rise).dot(by);
+            sample.slope += rise;
+        }
+        sample
     }
 
     /// What a height and a slope at one point depend on: hands out the places of the nodes'

@@ -60,7 +60,7 @@ impl Carrier {
     }
 
     /// The heights at the lens's nodes.
-    pub(super) fn heights(&mut self, path: &OpticalPath, spline: &PathSpline) -> Carried {
+    pub(super) fn heights(&mut self, path: &OpticalPath<'_>, spline: &PathSpline) -> Carried {
         self.rasterise(path, spline);
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let (lens, outline) = (self.lens, self.outline);
@@ -96,7 +96,7 @@ impl Carrier {
     /// it, and of several, and of the last call's landing point, the one whose oval forms the face
     /// (the Legendre guard where the image is folded). Without it a node next to a crease would
     /// stay on the side that it was on before the crease moved.
-    fn rasterise(&mut self, path: &OpticalPath, spline: &PathSpline) {
+    fn rasterise(&mut self, path: &OpticalPath<'_>, spline: &PathSpline) {
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let grid = spline.grid;
         let (gx, gy) = grid.nodes();
@@ -232,7 +232,7 @@ fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
 /// met on the way, since the face is their envelope; returned with it is whether the ray hit. It
 /// may go so many cells `beyond` the window.
 #[inline(always)]
-fn search(path: &OpticalPath, spline: &PathSpline, x: DVec2, landing: &mut DVec2, beyond: f64) -> (f64, bool) {
+fn search(path: &OpticalPath<'_>, spline: &PathSpline, x: DVec2, landing: &mut DVec2, beyond: f64) -> (f64, bool) {
     let grid = spline.grid;
     let (least, most) = (DVec2::splat(-beyond), DVec2::new(grid.cells.0 as f64, grid.cells.1 as f64) + beyond);
     let mut at = landing.clamp(least, most);

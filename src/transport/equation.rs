@@ -47,7 +47,7 @@ pub(super) type Row = [f32; 7];
 /// The equation on one grid.
 #[derive(Clone, Debug)]
 pub(super) struct Equation<'a> {
-    pub(super) path: OpticalPath,
+    pub(super) path: OpticalPath<'a>,
     pub(super) grid: ReceiverGrid,
     /// Target at the nodes, of trapezoidal mean 1.
     pub(super) light: &'a Field<f64>,
@@ -70,7 +70,7 @@ pub(super) struct Sums {
 }
 
 impl<'a> Equation<'a> {
-    pub(super) fn new(bench: &Bench, grid: ReceiverGrid, light: &'a Field<f64>) -> Self {
+    pub(super) fn new(bench: &'a Bench, grid: ReceiverGrid, light: &'a Field<f64>) -> Self {
         let (window, lens) = (bench.window().as_vec(), bench.block().as_vec());
         let unit = DMat2::from_cols(window.x / lens, window.y / lens);
         Self { path: OpticalPath::new(bench), grid, light, unit, contour: bench.contour() }
@@ -106,7 +106,8 @@ impl<'a> Equation<'a> {
                         real = false;
                         return;
                     };
-                    let a = self.scaled(self.path.footprint_jacobian(&ray, &jet));
+                    let label = self.path.label(&ray);
+                    let a = self.scaled(self.path.footprint_jacobian(&ray, &jet, label.as_ref()));
                     let (residual, slope, of_mu) = convex(a, light[i] * growth);
                     out[i] = residual as f32;
                     let weight = trapezoid(i, nx) * trapezoid(j, ny);
@@ -117,7 +118,7 @@ impl<'a> Equation<'a> {
                     sums[2] += weight * area * by_u;
                     sums[3] += weight * area;
                     if let Some(rows) = rows.as_deref_mut() {
-                        let d = self.path.footprint_variation(&ray, &jet, self.scaled(slope));
+                        let d = self.path.footprint_variation(&ray, &jet, label.as_ref(), self.scaled(slope));
                         rows[i] = [d[0], d[1], d[2], d[3], d[4], d[5], of_mu].map(|v| v as f32);
                         sums[4] += d[3];
                         sums[5] += d[5];

@@ -34,17 +34,20 @@
 //! of the plane `z = 0` along `N`, is an affine image of the crossing of a plane along the
 //! receiver: `A = M A'`, `M = (I | -N_t/N_z) R` without its last column.
 
-mod point;
+mod curved;
 mod relation;
 
 pub(super) use relation::{Jet, OpticalPath, Ray};
 
-use crate::{bench::Bench, light::outer};
+use crate::{
+    bench::Bench,
+    light::{Label, outer},
+};
 use glam::{DMat2, DVec2, DVec3};
-use relation::{Arrived, PointSource, bend};
+use relation::{Arrived, CurvedLight, bend};
 
-impl OpticalPath {
-    pub(super) fn new(bench: &Bench) -> Self {
+impl<'a> OpticalPath<'a> {
+    pub(super) fn new(bench: &'a Bench) -> Self {
         let index = bench.exit_face().ior();
         let incident: DVec3 = bench.light_direction() * index;
         let tangential = incident.truncate();
@@ -60,7 +63,7 @@ impl OpticalPath {
             kappa: incident.z - flat.z,
             constant: Arrived::new(incident, &receiver.axes()),
             flat_tangential: along(flat),
-            point: PointSource::of(bench),
+            curved: CurvedLight::of(bench),
         }
     }
 
@@ -93,9 +96,9 @@ impl OpticalPath {
     /// The gradient of `u` for which the light arrives at `y` along the unit vector `direction` of
     /// the bench.
     pub(super) fn slope_for(&self, y: DVec2, direction: DVec3) -> DVec2 {
-        let flat = match &self.point {
+        let flat = match &self.curved {
             None => self.flat_tangential,
-            Some(point) => self.flat_from(point, y).map_or(DVec2::NAN, |flat| flat.along),
+            Some(light) => self.flat_from(light, y).map_or(DVec2::NAN, |flat| flat.along),
         };
         (self.along(direction) - flat) / self.kappa
     }
@@ -103,8 +106,8 @@ impl OpticalPath {
     /// The ray that lands on `y`; none if no face of this kind can send it there.
     #[inline(always)]
     pub(super) fn ray(&self, y: DVec2, u: f64, slope: DVec2) -> Option<Ray> {
-        if let Some(point) = &self.point {
-            return self.ray_from(point, y, u, slope);
+        if let Some(light) = &self.curved {
+            return self.ray_from(light, y, u, slope);
         }
         let arrived = self.constant;
         let s = self.flat_tangential + self.kappa * slope;
@@ -121,7 +124,7 @@ impl OpticalPath {
             length: p / q,
             q,
             arrived,
-            point: None,
+            curved: None,
         })
     }
 
@@ -129,9 +132,9 @@ impl OpticalPath {
     /// no face of this kind can send it there.
     pub(super) fn plain_ray(&self, x: DVec2, y: DVec2) -> Option<DVec3> {
         let direction = (self.receiver.point(y) - x.extend(0.0)).normalize();
-        let incident = match &self.point {
+        let incident = match &self.curved {
             None => self.incident,
-            Some(point) => point.wave.at(x, 0.0).map(|at| at.tangential.extend(at.axial))?,
+            Some(light) => light.congruence.at(x, 0.0)?.incident(),
         };
         ((incident.dot(direction) - 1.0) * self.kappa > 1e-9 && direction.z > 0.0).then_some(direction)
     }
@@ -181,7 +184,7 @@ impl OpticalPath {
     /// light is wanted.
     #[inline(always)]
     pub(super) fn lens_area(&self, ray: &Ray, jet: &Jet, light: f64) -> f64 {
-        match ray.point {
+        match ray.curved {
             // Parallel light is even: but for its obliquity, areas are what flux is.
             None => light,
             Some(_) => self.lens_jacobian(ray, jet).determinant(),
@@ -212,12 +215,16 @@ impl OpticalPath {
     /// that its jacobian is `A' = I - e (x) dl/dy - l kappa E H`, `E = de/ds`, and that of the
     /// footprint `M A'`.
     #[inline(always)]
-    pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
+    pub(super) fn footprint_jacobian(&self, ray: &Ray, jet: &Jet, label: Option<&Label>) -> DMat2 {
         let crossing = self.of_block(ray, self.crossing_jacobian(ray, jet));
-        match (&self.point, &ray.point) {
-            (Some(point), Some(of)) => point.wave.footprint(&of.arrival).matrix() * crossing,
-            _ => crossing,
-        }
+        label.map_or(crossing, |label| label.matrix() * crossing)
+    }
+
+    /// How the label of a ray follows the point where it leaves, if the light is not parallel.
+    #[inline(always)]
+    pub(super) fn label(&self, ray: &Ray) -> Option<Label> {
+        let (light, of) = (self.curved.as_ref()?, ray.curved.as_ref()?);
+        light.congruence.label(&of.arrival)
     }
 
     /// `M` times a jacobian.
@@ -244,9 +251,9 @@ impl OpticalPath {
     /// Derivatives of `sum_ij w_ij A_ij`, `A` the footprint's jacobian, with respect to
     /// `u, u_x, u_y, u_xx, u_xy, u_yy`.
     #[inline(always)]
-    pub(super) fn footprint_variation(&self, ray: &Ray, jet: &Jet, w: DMat2) -> [f64; 6] {
-        match (&self.point, &ray.point) {
-            (Some(point), Some(of)) => self.footprint_variation_from(point, of, ray, jet, w),
+    pub(super) fn footprint_variation(&self, ray: &Ray, jet: &Jet, label: Option<&Label>, w: DMat2) -> [f64; 6] {
+        match (&self.curved, &ray.curved, label) {
+            (Some(light), Some(of), Some(label)) => self.footprint_variation_from(light, of, (ray, jet), label, w),
             _ if self.receiver.is_turned() => self.crossing_variation(ray, jet, ray.arrived.crossing.transpose() * w),
             _ => self.crossing_variation(ray, jet, w),
         }
@@ -306,8 +313,8 @@ impl OpticalPath {
     /// cancellation. Not finite where the oval does not reach over `x`.
     #[inline(always)]
     pub(super) fn oval_height(&self, x: DVec2, y: DVec2, u: f64) -> f64 {
-        if let Some(point) = &self.point {
-            return self.oval_height_from(point, x, y, u);
+        if let Some(light) = &self.curved {
+            return self.oval_height_from(light, x, y, u);
         }
         let to = self.receiver.point(y);
         let from_here = to.truncate() - x;

@@ -18,7 +18,6 @@ use crate::{
     bench::Bench,
     forward::{self, Caustic, Geometry},
     grid::Field,
-    light::Light,
     optim::{Summary, Termination},
     solver::{Event, Progress, SolveError},
     surface::{HeightField, SurfaceSpline},
@@ -147,8 +146,11 @@ pub(super) fn close(
         let light_after_finish = |surface: &HeightField| {
             let finished = options.finish.map(|finish| finish.finished(surface));
             // What a first rough look gets wrong the others see, if it is the same everywhere.
-            let even = matches!(bench.light(), Light::Parallel { .. }) && bench.profile().is_none();
-            let beams = if round == 0 && rounds > 0 && even { Beams::Rough } else { Beams::PerNode(options.beams()) };
+            let beams = if round == 0 && rounds > 0 && bench.is_evenly_lit() {
+                Beams::Rough
+            } else {
+                Beams::PerNode(options.beams())
+            };
             light_of(finished.as_ref().unwrap_or(surface), bench, beams, (cells.nx(), cells.ny()))
         };
         let mut flaws = report::Flaws { missed: carried.missed, softened: None, unconverged: false };

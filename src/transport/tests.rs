@@ -112,7 +112,7 @@ fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
     let stretch = bench.window().area_mm2() / bench.block().area_mm2();
     let light = Field::from_fn(nx, ny, |i, j| {
         let (ray, jet) = ray(i, j);
-        path.footprint_jacobian(&ray, &jet).determinant() * stretch
+        path.footprint_jacobian(&ray, &jet, path.label(&ray).as_ref()).determinant() * stretch
     });
     let (mut height, mut weight) = (0.0, 0.0);
     for j in 0..ny {

@@ -52,7 +52,7 @@ pub(super) fn run(
 }
 
 /// `f / w` at the receiver's nodes, of mean 1.
-fn evened(profile: &Profile, path: &OpticalPath, state: &State, wanted: &Field<f64>) -> Field<f64> {
+fn evened(profile: &Profile, path: &OpticalPath<'_>, state: &State, wanted: &Field<f64>) -> Field<f64> {
     let (mut even, grid) = (wanted.clone(), state.spline.grid);
     let nx = even.nx();
     even.as_mut_slice().par_chunks_mut(nx).enumerate().for_each(|(j, row)| {

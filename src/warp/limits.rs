@@ -21,6 +21,7 @@ pub(super) fn check_light(cells: &Field<f64>, limit: f64) -> Result<(), SolveErr
 pub(super) fn check_bench(solver: &'static str, bench: &Bench) -> Result<(), SolveError> {
     let what = match bench.light() {
         _ if bench.outline() != Outline::Rectangle => "blocks that are not rectangular",
+        _ if !bench.known_faces().is_empty() => "light that comes through other faces first",
         Light::Point { .. } => "light from a point source",
         Light::Parallel { .. } if bench.profile().is_some() => "light that is spread unevenly over the block",
         Light::Parallel { .. } if bench.receiver().is_turned() => "a receiver that leans",

@@ -84,7 +84,7 @@ fn the_footprint_varies_as_finite_differences_say() {
         let value = |dm: DVec2, dz: f64| {
             let m = at.tangential + dm;
             let depth_mm = at.depth_mm + wave.sense * dz;
-            let b = wave.footprint(&Arrival { tangential: m, mu: m.length_squared(), depth_mm, ..at }).matrix();
+            let b = wave.footprint(&PointArrival { tangential: m, mu: m.length_squared(), depth_mm, ..at }).matrix();
             q.col(0).dot(b.col(0)) + q.col(1).dot(b.col(1))
         };
         let (by_m, by_z) = wave.footprint(&at).variation(q);

@@ -2,7 +2,7 @@
 
 use crate::{
     bench::{Bench, Receiver},
-    light::{Arrival, PointWave, outer},
+    light::{Arrival, Congruence, outer},
 };
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
@@ -24,7 +24,7 @@ impl Jet {
 
 /// The relation for one bench; see the [module](super).
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct OpticalPath {
+pub(crate) struct OpticalPath<'a> {
     pub(super) receiver: Receiver,
     /// `N`, and the ray behind a flat face; both in the frame of the bench.
     pub(super) incident: DVec3,
@@ -34,9 +34,9 @@ pub(crate) struct OpticalPath {
     /// The constants of parallel light, in the frame of the receiver.
     pub(super) constant: Arrived,
     pub(super) flat_tangential: DVec2,
-    /// Its light, if it does not come from infinity: then the above, but for `kappa`, is that of
-    /// the middle of the face.
-    pub(super) point: Option<PointSource>,
+    /// Its light, if it is not parallel: then the above, but for `kappa`, is that of the middle of the
+    /// face.
+    pub(super) curved: Option<CurvedLight<'a>>,
 }
 
 /// The light where a ray leaves the block, in the frame of the receiver.
@@ -73,35 +73,35 @@ pub(crate) struct Ray {
     pub(super) q: f64,
     /// The light where it leaves the block.
     pub(super) arrived: Arrived,
-    pub(super) point: Option<PointRay>,
+    pub(super) curved: Option<CurvedRay>,
 }
 
-/// The wave of a point source, and how it goes on behind a flat face.
+/// Light that is not parallel.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PointSource {
-    pub(super) wave: PointWave,
-    /// Steps of `l` and of heights that are below rounding, mm.
-    pub(super) negligible_mm: f64,
+pub(super) struct CurvedLight<'a> {
+    pub(super) congruence: Congruence<'a>,
+    /// Steps of `l` and of heights behind which there is nothing left to do, mm.
+    pub(super) last_mm: f64,
 }
 
-/// What a ray knows of its source.
+/// What a ray knows of its light.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PointRay {
+pub(super) struct CurvedRay {
     pub(super) arrival: Arrival,
     /// Second derivatives of `b_flat`, over kappa.
     pub(super) flat_bend: DMat2,
 }
 
-impl PointSource {
-    pub(super) fn of(bench: &Bench) -> Option<Self> {
-        bench.wave().map(|wave| Self { wave, negligible_mm: 1e-11 * bench.distance_mm() + 1e-14 * wave.reach_mm() })
+impl<'a> CurvedLight<'a> {
+    pub(super) fn of(bench: &'a Bench) -> Option<Self> {
+        bench.congruence().map(|congruence| Self { congruence, last_mm: congruence.near_mm(bench.distance_mm()) })
     }
 }
 
 /// Second derivatives of `b` over kappa.
 #[inline(always)]
 pub(super) fn bend(ray: &Ray, jet: &Jet) -> DMat2 {
-    match &ray.point {
+    match &ray.curved {
         None => jet.hessian(),
         Some(of) => jet.hessian() + of.flat_bend,
     }

@@ -2,10 +2,12 @@ use super::*;
 use crate::measured::at_worst;
 use crate::{
     bench::ExitFace,
-    grid::Extent,
-    light::{Intensity, Light},
+    grid::{Extent, Field},
+    light::{Congruence, FaceShape, Intensity, KnownFace, Light},
+    surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec3;
+use std::sync::Arc;
 
 fn benches() -> Vec<Bench> {
     let block = Extent::new(100.0, 80.0);
@@ -13,6 +15,18 @@ fn benches() -> Vec<Bench> {
     let mirror = Bench::new(block, 150.0, ExitFace::Reflects).unwrap();
     let lit = |bench: &Bench, direction: DVec3| bench.clone().with_light_direction(direction).unwrap();
     let near = |bench: &Bench, at: DVec3, how| bench.clone().with_point_source(at, 15.0, how).unwrap();
+    let face = |shape, z_mm, index_behind| KnownFace { shape, z_mm, index_behind };
+    let sphere = face(FaceShape::Sphere { radius_mm: 300.0 }, -15.0, 1.5);
+    // Larger than the block, as its light converges.
+    let larger = Extent::new(120.0, 100.0);
+    let wave = |p: DVec2| 0.2 * (0.11 * p.x).sin() * (0.13 * p.y).cos();
+    let heights = Field::from_fn(145, 121, |i, j| wave(larger.node(i, j, 145, 121)));
+    let heights = Arc::new(SurfaceSpline::through(&HeightField::new(larger, heights)));
+    let plate = vec![
+        face(FaceShape::Plane, -50.0, 1.5),
+        face(FaceShape::Heights(heights), -40.0, 1.0),
+        face(FaceShape::Plane, -10.0, 1.5),
+    ];
     let upright = [
         glass.clone(),
         mirror.clone(),
@@ -21,6 +35,9 @@ fn benches() -> Vec<Bench> {
         near(&glass, DVec3::new(0.0, 0.0, -200.0), Intensity::Isotropic),
         near(&glass, DVec3::new(20.0, -30.0, -90.0), Intensity::Lambertian),
         near(&mirror, DVec3::new(-20.0, 25.0, 160.0), Intensity::Isotropic),
+        glass.clone().behind(vec![sphere.clone()]).unwrap(),
+        near(&glass, DVec3::new(20.0, -30.0, -290.0), Intensity::Isotropic).behind(vec![sphere]).unwrap(),
+        glass.clone().behind(plate).unwrap(),
     ];
     let leaning = upright.iter().map(|bench| bench.clone().with_receiver_turned(DVec3::new(0.3, -0.2, 0.1)).unwrap());
     upright.iter().cloned().chain(leaning).collect()
@@ -29,6 +46,11 @@ fn benches() -> Vec<Bench> {
 /// The optical length up to a point of the face, less that up to its middle: by the shortest way,
 /// searched for.
 fn phase(bench: &Bench, to: DVec3) -> f64 {
+    if let Some(congruence @ Congruence::Passed(_)) = bench.congruence() {
+        // The wave itself is compared with its rays where it is made.
+        let phase = |at: DVec3| congruence.at(at.truncate(), at.z).unwrap().phase_mm();
+        return phase(to) - phase(DVec3::ZERO);
+    }
     let (source, thickness, n) = match (bench.light(), bench.exit_face()) {
         (Light::Parallel { direction }, face) => return face.ior() * direction.dot(to),
         (Light::Point { position_mm, .. }, ExitFace::Reflects) => {
@@ -105,7 +127,8 @@ fn the_ray_has_the_stated_path_and_obeys_snell() {
 
 #[test]
 fn a_flat_face_has_u_zero() {
-    for bench in benches() {
+    // Behind known faces the reference is the light of the middle.
+    for bench in benches().into_iter().filter(|bench| bench.known_faces().is_empty()) {
         let path = OpticalPath::new(&bench);
         let y = DVec2::new(3.0, 4.0);
         let ray = path.ray(y, 0.0, DVec2::ZERO).unwrap();
@@ -126,14 +149,15 @@ fn the_jacobians_agree_with_finite_differences() {
             let jet = around(&jet, y, at);
             let ray = path.ray(at, jet.value, jet.slope).unwrap();
             let x = path.lens_point(at, &ray);
-            let footprint = match (&path.point, &ray.point) {
-                (Some(point), Some(of)) => point.wave.footprint_place(&of.arrival),
+            let footprint = match (&path.curved, &ray.curved) {
+                (Some(light), Some(of)) => light.congruence.place_of_label(&of.arrival),
                 _ => path.crossing_point(at, &ray),
             };
             (x, footprint)
         };
         let ray = path.ray(y, jet.value, jet.slope).unwrap();
-        let (lens, foot) = (path.lens_jacobian(&ray, &jet), path.footprint_jacobian(&ray, &jet));
+        let (lens, foot) =
+            (path.lens_jacobian(&ray, &jet), path.footprint_jacobian(&ray, &jet, path.label(&ray).as_ref()));
         for (axis, step) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
             let (a, b) = (points(y + 1e-4 * step), points(y - 1e-4 * step));
             assert!(((a.0 - b.0) / 2e-4 - lens.col(axis)).length() < 1e-9);
@@ -145,6 +169,7 @@ fn the_jacobians_agree_with_finite_differences() {
 #[test]
 fn the_variations_agree_with_finite_differences() {
     let weights = DMat2::from_cols(DVec2::new(0.7, -0.2), DVec2::new(0.3, 1.2));
+    let mut worst = 0.0_f64;
     for bench in benches() {
         let path = OpticalPath::new(&bench);
         let (y, jet) = (DVec2::new(25.0, 9.0), jet(0.2));
@@ -156,21 +181,23 @@ fn the_variations_agree_with_finite_differences() {
                 _ => jet.curvature[k - 3] += step,
             }
             let ray = path.ray(y, jet.value, jet.slope).unwrap();
-            let a = path.footprint_jacobian(&ray, &jet);
+            let a = path.footprint_jacobian(&ray, &jet, path.label(&ray).as_ref());
             let x = path.lens_point(y, &ray);
             (weights.col(0).dot(a.col(0)) + weights.col(1).dot(a.col(1)), x)
         };
         let ray = path.ray(y, jet.value, jet.slope).unwrap();
-        let variation = path.footprint_variation(&ray, &jet, weights);
+        let variation = path.footprint_variation(&ray, &jet, path.label(&ray).as_ref(), weights);
         for k in 0..6 {
             let step = 1e-6;
             let (a, b) = (moved(k, step), moved(k, -step));
             let difference = (a.0 - b.0) / (2.0 * step);
-            assert!(
-                (variation[k] - difference).abs() < 1e-8 * (1.0 + difference.abs()),
-                "component {k}: {} against {difference}",
-                variation[k]
-            );
+            let off = (variation[k] - difference).abs() / (1.0 + difference.abs());
+            if bench.known_faces().is_empty() {
+                assert!(off < 1e-8, "component {k}: {} against {difference}", variation[k]);
+            } else {
+                // What is left out: how the spread of the light changes across its rays.
+                worst = worst.max(off);
+            }
             if k < 3 {
                 for axis in 0..2 {
                     let difference = (a.1 - b.1)[axis] / (2.0 * step);
@@ -179,11 +206,15 @@ fn the_variations_agree_with_finite_differences() {
             }
         }
     }
+    at_worst(1.15e-3, worst, "behind known faces");
 }
 
 #[test]
 fn a_far_source_has_the_path_of_parallel_light() {
-    for parallel in benches().into_iter().filter(|bench| matches!(bench.light(), Light::Parallel { .. })) {
+    for parallel in benches() {
+        if parallel.congruence().is_some() {
+            continue;
+        }
         let mut before = f64::INFINITY;
         for far in [1e4, 1e5, 1e6] {
             let outside = parallel.light_direction().truncate() * parallel.exit_face().ior();
@@ -196,7 +227,7 @@ fn a_far_source_has_the_path_of_parallel_light() {
                 let ray = path.ray(y, jet.value, jet.slope).unwrap();
                 // On oblique footprints the two differ by a linear map; the flux is the
                 // determinant.
-                let flux = path.footprint_jacobian(&ray, &jet).determinant();
+                let flux = path.footprint_jacobian(&ray, &jet, path.label(&ray).as_ref()).determinant();
                 (path.lens_point(y, &ray), path.height(y, &ray).0, flux)
             };
             let (a, b) = (of(&parallel), of(&point));
