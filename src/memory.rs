@@ -13,7 +13,7 @@
 //!
 //! and the greatest of them, in bytes; 32 P more to all where the files are verified, since the
 //! verifier reads the picture too. The warping solvers take `550 N` in place of `175 R + 50 N`. A
-//! look at a file at `J` pixels takes `50 MB + 80 J` besides the file.
+//! look at a file at `J` pixels takes `50 MB + 80 J` besides the file. Blocks that stand before with `M` nodes add `300 M`.
 
 use std::fmt;
 
@@ -27,6 +27,8 @@ pub struct Load {
     pub pixels: u64,
     /// Pixels at which the block is judged.
     pub judged: u64,
+    /// Height nodes of the blocks that stand before it.
+    pub before: u64,
     /// How the face is found.
     pub method: Method,
     /// What is done with the files; `None` if they are only written.
@@ -87,6 +89,8 @@ const PICTURES: u64 = 30_000_000;
 const PIECES: u64 = 16_000_000;
 /// Bytes for every pixel of the picture as the verifier reads it.
 const SECOND_READING: u64 = 32;
+/// Bytes for every node of a block that stands before: its face, and the wave behind it.
+const BEFORE: u64 = 300;
 /// Bytes for every cell of the receiver. The solver's are not all given back before the files are
 /// looked at.
 const CELL: u64 = 175;
@@ -105,13 +109,19 @@ impl Load {
     pub fn new(nodes: (usize, usize), pixels: (usize, usize), method: Method) -> Self {
         let across = pixels.0.min(JUDGED_ACROSS);
         let judged = across as f64 * (across as f64 * pixels.1 as f64 / pixels.0.max(1) as f64);
-        Self { nodes: count(nodes), pixels: count(pixels), judged: judged as u64, method, verified: None }
+        Self { nodes: count(nodes), pixels: count(pixels), judged: judged as u64, before: 0, method, verified: None }
     }
 
     /// Judged at so many pixels along x and y.
     #[must_use]
     pub fn judged_at(self, pixels: (usize, usize)) -> Self {
         Self { judged: count(pixels), ..self }
+    }
+
+    /// Behind blocks with so many height nodes in all.
+    #[must_use]
+    pub fn behind(self, nodes: u64) -> Self {
+        Self { before: nodes, ..self }
     }
 
     /// With files that are read back and traced.
@@ -125,7 +135,7 @@ impl Load {
     /// of it.
     pub fn peak(&self) -> Bytes {
         let reading = if self.verified.is_some() { 40 + SECOND_READING } else { 40 };
-        let common = BASE + reading * self.pixels;
+        let common = BASE + reading * self.pixels + BEFORE * self.before;
         let (solve, drawn, kept) = match self.method {
             Method::Transport { cells } => (CELL * cells + 50 * self.nodes, 40 * cells, CELL * cells),
             Method::Warping => (550 * self.nodes, 160 * self.judged, 400 * self.judged),

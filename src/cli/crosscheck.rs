@@ -16,6 +16,7 @@ use crate::{
     report::text,
     spec::{Length, name_of},
     study::{
+        behind,
         bench::{exit_face_in_words, exit_face_of, scene_of},
         changed::changed_bench,
         crosscheck::{demand_image, demand_map, levels_document, map_document, pixels_over},
@@ -125,7 +126,13 @@ pub(crate) fn run(args: &CrosscheckArgs) -> Result<(), Failure> {
     let written = written.iter().filter(|_| folder.is_dir()).map(|name| folder.join(name));
     let inputs = side_files::inputs(&args.block, args.bench.as_deref())?;
     outputs::plan(inputs.iter().chain([&folder]).map(PathBuf::as_path), written)?;
-    let scene = scene_of(&side.bench, &side.design, &Machine)?;
+    let scene = scene_of(&side.bench, &side.design, &behind::open(&side.design, &Machine)?, &Machine)?;
+    if !scene.before.is_empty() {
+        return Err(Failure::Usage(format!(
+            "{} stands behind another block (`behind` in its side file), and other renderers are shown one block alone: 'glasswarp verify' traces the row",
+            args.block.display()
+        )));
+    }
     let mut scene = changed_bench(scene, Some(&block), args.ior, args.distance.map(|length| length.mm))?;
     (scene.window.nx, scene.window.ny) = pixels_over(scene.window.size_mm, args.pixels);
     let study = Comparison::new(&mesh, &block, &scene).map_err(Failure::refused)?;

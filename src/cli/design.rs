@@ -9,7 +9,7 @@ use super::{
     outputs, program,
     progress::TerminalProgress,
     report_files::{self, file_record},
-    side_files::{self, file_name, hash_of, open_workpiece, origin_of, path_beside, stem},
+    side_files::{self, file_name, hash_of, open_workpiece, path_beside, stem},
 };
 use crate::{
     export::{Format, HeightMapFormat},
@@ -23,13 +23,21 @@ use crate::{
         text, write_png,
     },
     spec::{
-        self, PassArgs, Settings,
+        self, Length, PassArgs, Settings,
         mistakes::{self, is_toml},
         name_of,
     },
     study::{
-        bench::bench_document, budget::BudgetStep, check::FaceForm, design::Plan, finish::Finished, fits,
-        imperfect::ImperfectView, judge::Judgement, placement::Placing, program::ProgramPlan,
+        bench::bench_document,
+        budget::BudgetStep,
+        check::FaceForm,
+        design::Plan,
+        finish::Finished,
+        fits,
+        imperfect::ImperfectView,
+        judge::Judgement,
+        placement::{Placing, origin_of},
+        program::ProgramPlan,
         verification::DesignVerification,
     },
 };
@@ -42,23 +50,23 @@ use std::{
     time::{Duration, Instant},
 };
 
-#[derive(clap::Args)]
+#[derive(clap::Args, Clone)]
 pub(crate) struct DesignArgs {
     /// The picture, or a design file (.toml) that names it
     ///
     /// PNG, JPEG, TIFF, WebP, BMP, GIF, PNM, OpenEXR, or SVG.
-    picture: PathBuf,
+    pub(super) picture: PathBuf,
 
     /// A file to write (.stl .step .3mf .obj .glb .ply, or .ngc), several times if need be
     ///
     /// Its extension is the format [default: the picture's name with .stl, in the working folder]
     #[arg(short, long, value_name = "FILE")]
-    output: Vec<PathBuf>,
+    pub(super) output: Vec<PathBuf>,
 
     /// Write the exit face as a picture of heights for a router too: .png (16-bit) or .exr (32-bit,
     /// mm). May be given several times
     #[arg(long, value_name = "FILE", hide_short_help = true)]
-    height_map: Vec<PathBuf>,
+    pub(super) height_map: Vec<PathBuf>,
 
     /// Offset the height maps for this cutter, ball:d6mm (its diameter) or ball:r3mm (its radius),
     /// flat:d12mm or bull:d12mm,r1mm: they then tell where its tip goes. For programs that move the
@@ -66,8 +74,18 @@ pub(crate) struct DesignArgs {
     #[arg(long, value_name = "CUTTER", requires = "height_map", hide_short_help = true)]
     height_map_cutter: Option<Cutter>,
 
+    /// Make one more plate, which stands behind and draws this picture together with those before it,
+    /// on the same receiver. May be given several times: stack.stl becomes stack.1.stl, stack.2.stl, ...
+    #[arg(long, value_name = "PICTURE", hide_short_help = true)]
+    pub(super) then: Vec<PathBuf>,
+
+    /// The air before every plate but the first, from the mean exit plane of the one before to its
+    /// entry face; several times if they differ [default: 30mm]
+    #[arg(long, value_name = "LENGTH", requires = "then", hide_short_help = true)]
+    pub(super) gap: Vec<Length>,
+
     #[command(flatten)]
-    settings: Settings,
+    pub(super) settings: Settings,
 
     /// Fail (exit code 3) if the relative RMS error of the caustic exceeds this
     #[arg(long, value_name = "ERROR", conflicts_with = "no_verify", value_parser = error_limit, hide_short_help = true)]
@@ -91,12 +109,12 @@ pub(crate) struct DesignArgs {
     ///
     /// It is made if it is not there.
     #[arg(long, value_name = "DIR")]
-    out_dir: Option<PathBuf>,
+    pub(super) out_dir: Option<PathBuf>,
 
     /// The report, a page of HTML for the people who will make the block [default: beside the first
     /// file, .report.html]
     #[arg(long, value_name = "FILE", conflicts_with = "no_report", hide_short_help = true)]
-    report: Option<PathBuf>,
+    pub(super) report: Option<PathBuf>,
 
     /// Write no report
     #[arg(long, hide_short_help = true)]
@@ -110,6 +128,11 @@ pub(crate) struct DesignArgs {
 const PROGRAM_PIXELS: usize = 1024;
 
 pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
+    make(args, &mut |design| console::result(document::Result::Design(Box::new(design))))
+}
+
+/// Makes a block, and hands over what there is to say of it for programs.
+pub(super) fn make(args: &DesignArgs, keep: &mut dyn FnMut(document::Design)) -> Result<(), Failure> {
     let progress = TerminalProgress::new();
     let Task { plan, outputs, programs, report, with_pictures } = task(args, &progress)?;
     // First of all, since they may change what is wanted.
@@ -218,7 +241,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         }
     };
     let checked = verification.as_ref();
-    console::result(document::Result::Design(Box::new(document::Design {
+    keep(document::Design {
         verdict: verdict.document(with_flags),
         files: document::texts(&outputs),
         pictures: document::texts(&[pictures, report.into_iter().collect()].concat()),
@@ -232,7 +255,7 @@ pub(crate) fn run(args: &DesignArgs) -> Result<(), Failure> {
         imperfect: checked.and_then(|verification| verification.imperfect.as_ref()).map(ImperfectView::document),
         expected_memory: expected.0,
         programs,
-    })));
+    });
     let Some(DesignVerification { imperfect, finished, judgement, .. }) = &verification else { return Ok(()) };
     demand(judgement, finished.as_ref(), imperfect.as_ref(), args.max_error)
 }
@@ -289,13 +312,8 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
         )));
     }
     let (settings, picture) = spec::settings(&args.picture, &args.settings, &Machine)?;
-    let (programs, mut outputs): (Vec<PathBuf>, Vec<PathBuf>) =
-        args.output.iter().cloned().partition(|output| program::is_program(output));
-    if outputs.is_empty() {
-        // A program is read back over the block that it is for.
-        let of_program = programs.first().map(|program| program.with_extension("stl"));
-        outputs.push(of_program.unwrap_or_else(|| default_output(&args.picture, &picture)));
-    }
+    let (programs, outputs): (Vec<PathBuf>, Vec<PathBuf>) =
+        outputs(args, &args.picture, &picture).into_iter().partition(|output| program::is_program(output));
     for output in &outputs {
         Format::from_path(output).map_err(Failure::refused)?;
     }
@@ -310,12 +328,7 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
     let with_pictures = args.pictures || args.out_dir.is_some();
     let derived = files::derived(&outputs, &settings, (!args.no_verify, with_pictures));
-    if let Some(folder) = &args.out_dir {
-        std::fs::create_dir_all(folder).map_err(|source| Failure::Io {
-            what: format!("the folder {} cannot be made", folder.display()),
-            source: source.into(),
-        })?;
-    }
+    args.make_folder()?;
     let written = outputs.iter().chain(&programs).cloned().chain(derived).chain(report.clone());
     outputs::plan(inputs.into_iter().chain(settings.files()), written)?;
     let plan = Plan::new(picture, settings, &Machine, progress).map_err(|failure| placed(failure, &args.picture))?;
@@ -339,6 +352,31 @@ fn file_records(outputs: &[PathBuf]) -> Result<Vec<FileRecord>, Failure> {
     let known: Vec<_> = sides.iter().filter_map(|side| side_files::find(side, Some(side)).ok().flatten()).collect();
     let recorded = |path: &Path| known.iter().find_map(|side| side.files.get(&file_name(path)).cloned());
     outputs.iter().chain(&sides).map(|path| file_record(path, recorded(path))).collect()
+}
+
+/// What is asked for, a file of the block first, which there always is.
+pub(super) fn outputs(args: &DesignArgs, named: &Path, picture: &Path) -> Vec<PathBuf> {
+    let mut outputs = args.output.clone();
+    outputs.sort_by_key(|output| program::is_program(output));
+    match outputs.first() {
+        // A program is read back over the block that it is for.
+        Some(first) if program::is_program(first) => outputs.insert(0, first.with_extension("stl")),
+        Some(_) => {}
+        None => outputs.push(default_output(named, picture)),
+    }
+    outputs
+}
+
+impl DesignArgs {
+    /// Makes the folder of all files, if there is to be one.
+    pub(super) fn make_folder(&self) -> Result<(), Failure> {
+        self.out_dir.as_ref().map_or(Ok(()), |folder| {
+            std::fs::create_dir_all(folder).map_err(|source| Failure::Io {
+                what: format!("the folder {} cannot be made", folder.display()),
+                source: source.into(),
+            })
+        })
+    }
 }
 
 fn default_output(named: &Path, picture: &Path) -> PathBuf {

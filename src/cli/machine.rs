@@ -16,6 +16,10 @@ impl Host for Machine {
         fs::read(path)
     }
 
+    fn solid(&self, path: &Path) -> Result<Mesh, Failure> {
+        read_bare_mesh(path)
+    }
+
     fn picture_memory(&self) -> u64 {
         memory::for_a_picture()
     }

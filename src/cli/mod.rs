@@ -22,6 +22,7 @@ mod ready;
 mod report_files;
 mod shards;
 mod side_files;
+mod stack;
 mod sweep;
 mod verify;
 
@@ -134,7 +135,8 @@ impl Command {
 
     fn run(&self) -> Result<(), Failure> {
         match self {
-            Self::Design(args) => design::run(args),
+            Self::Design(args) if args.then.is_empty() => design::run(args),
+            Self::Design(args) => stack::run(args),
             Self::Preview(args) => preview::run(args),
             Self::Verify(args) => verify::run(args),
             Self::Check(args) => check::run(args),

@@ -20,7 +20,7 @@ use crate::{
     },
     spec::ProgramArgs,
     study::{
-        placement::Placing,
+        placement::{Placing, origin_of},
         program::{CORNER_MM, ProgramPlan, ProgramQuestion, ProgramStudy, WrittenProgram},
         verdict::Verdict,
         workpiece::Workpiece,
@@ -97,7 +97,7 @@ pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
     )?;
     let progress = TerminalProgress::new();
     let (mesh, name) = (read_mesh(&block)?, block.display().to_string());
-    let origin_mm = side_files::origin_of(&side, &block);
+    let origin_mm = origin_of(&side, &block);
     let host = &super::machine::Machine;
     let piece = Workpiece::of(
         (mesh, &name),

@@ -2,17 +2,16 @@
 
 use super::machine::{Machine, has_extension, read_mesh};
 use crate::{
-    export::{HeightMapFormat, write_atomically},
+    export::write_atomically,
     failure::Failure,
     record::SideFile,
     solver::Progress,
     spec::{self, Host},
     study::{
-        placement::{Expected, Placing, place_block},
+        placement::{Expected, Placing, origin_of, place_block},
         workpiece::Workpiece,
     },
 };
-use glam::DVec3;
 use glasswarp_verify::{Block, Mesh};
 use std::{
     io::{self, Write as _},
@@ -22,12 +21,6 @@ use std::{
 /// Where the side file of an output lies: the same name with the extension `toml`.
 pub(super) fn path_beside(output: &Path) -> PathBuf {
     output.with_extension("toml")
-}
-
-/// Where the vertices of a file of a block are counted from, in the frame of the bench, mm.
-pub(super) fn origin_of(side: &SideFile, file: &Path) -> DVec3 {
-    // Height maps have no origin.
-    if HeightMapFormat::from_path(file).is_ok() { DVec3::ZERO } else { side.frame.origin_mm() }
 }
 
 /// What a side file says of the place of a file's block.

@@ -12,7 +12,7 @@ use super::{
     report_files::{self, command, file_record},
     shards::{self, MergeArgs},
     side_files::{self, expected, stem},
-    sweep,
+    stack, sweep,
 };
 use crate::{
     failure::Failure,
@@ -25,6 +25,7 @@ use crate::{
     },
     spec::{Length, ProgramArgs, Range, Settings, Shard, SurfaceName, TransferName, WindowSize},
     study::{
+        behind,
         bench::bench_document,
         budget::{self, BudgetStep},
         changed::{scene_of_file, with_window},
@@ -210,12 +211,48 @@ impl PlacingArgs {
 pub(crate) fn run(args: &VerifyArgs) -> Result<(), Failure> {
     match (&args.action, &args.file.block) {
         (Some(Action::Merge(merge)), _) => shards::merge(merge),
-        (None, Some(block)) => verify(block, &args.file),
+        (None, Some(block)) => match stack::plates(block)? {
+            Some(plates) => verify_stack(&plates, &args.file),
+            None => verify(block, &args.file, &mut |found| {
+                console::result(document::Result::Verify(Box::new(found)));
+            }),
+        },
         (None, None) => Err(Failure::Usage("name a block to verify".into())),
     }
 }
 
-fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
+/// Looks at every plate of a stack with those before it.
+fn verify_stack(plates: &[PathBuf], args: &FileArgs) -> Result<(), Failure> {
+    let alone = [
+        (!args.output.is_empty(), "--output"),
+        (args.report.is_some(), "--report"),
+        (args.white.is_some(), "--white"),
+        (args.tally.is_some(), "--tally"),
+        (args.sweep.is_some(), "--sweep"),
+        (args.target.is_some(), "--target"),
+        (args.bench.is_some(), "--bench"),
+        (args.distance.is_some(), "--distance"),
+    ];
+    if let Some((_, flag)) = alone.into_iter().find(|(given, _)| *given) {
+        return Err(Failure::Usage(format!(
+            "{flag} is about one block: give it with the file of a plate of this stack"
+        )));
+    }
+    let mut found = Vec::new();
+    let mut fell_short = Ok(());
+    for (k, plate) in plates.iter().enumerate() {
+        say!("{}plate {} of {}", if k == 0 { "" } else { "\n" }, k + 1, plates.len());
+        match verify(plate, args, &mut |of_plate| found.push(of_plate)) {
+            // The others are looked at nevertheless.
+            Err(failure @ Failure::BelowThreshold(_)) => fell_short = fell_short.and(Err(failure)),
+            done => done?,
+        }
+    }
+    console::result(document::Result::StackLight(Box::new(document::StackLight { plates: found })));
+    fell_short
+}
+
+fn verify(block: &Path, args: &FileArgs, keep: &mut dyn FnMut(document::Verify)) -> Result<(), Failure> {
     if program::is_program(block) {
         if let Some(flag) = args.meaningless_for_programs() {
             return Err(Failure::Usage(format!(
@@ -273,6 +310,10 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
     if report.is_some() && matches!(subject, Subject::Solid(_)) {
         return Err(Failure::Usage(format!("{name} is no block, and a report (--report) is about blocks")));
     }
+    if args.white.is_some() {
+        // Before minutes of tracing.
+        WhiteLight::material(&subject, &scene, side.as_ref().map(|side| &side.design))?;
+    }
     let fresnel = if args.fresnel { Fresnel::On } else { Fresnel::Off };
     let surface = args.surface.map(Surface::from);
     let examiner = Examiner::new(scene.clone(), target, args.pixels as usize).with_surface(surface, fresnel);
@@ -319,7 +360,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
         console::text(&text::judgement::imperfect(view, &side.design));
     }
     let white = args.white.as_ref().map(|output| white(output, &subject, &examiner, side.as_ref())).transpose()?;
-    console::result(document::Result::Verify(Box::new(document::Verify {
+    keep(document::Verify {
         file: name.clone(),
         kind: if matches!(subject, Subject::Block(_)) { "block" } else { "solid" }.to_owned(),
         size_mm: subject.size_mm().to_array(),
@@ -331,7 +372,7 @@ fn verify(block: &Path, args: &FileArgs) -> Result<(), Failure> {
         imperfect: imperfect.as_ref().map(ImperfectView::document),
         white: white.as_ref().map(WhiteLight::document),
         files: document::texts(&args.output),
-    })));
+    });
     // White is the brightest target, as on the wall.
     let brightest = imperfect.as_ref().map(|view| &view.target).or(examiner.target()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
@@ -407,7 +448,9 @@ fn scene(
 ) -> Result<Scene, Failure> {
     let distance = args.distance.map(|length| length.mm);
     let missing = |_: &str| no_side_file(block);
-    let scene = scene_of_file(subject.block(), subject.size_mm(), side, (args.ior, distance), &Machine, missing)?;
+    let before = behind::of_side(side, &Machine)?;
+    let bench = side.map(|side| (side, &before));
+    let scene = scene_of_file(subject.block(), subject.size_mm(), bench, (args.ior, distance), &Machine, missing)?;
     Ok(match args.window {
         Some(WindowSize { width, height }) => with_window(scene, width.mm, height.map(|height| height.mm), target),
         None => scene,
@@ -428,6 +471,14 @@ fn warnings(block: &Path, args: &FileArgs, side: &SideFile) -> Vec<String> {
         && found != side.picture.sha256
     {
         warnings.push(format!("{} is not the picture that the block was made from", picture.display()));
+    }
+    if let (Some(before), Some(recorded)) = (&side.design.behind, &side.picture.behind_sha256)
+        && let Ok(found) = glasswarp_files::sha256(&before.path)
+        && found != *recorded
+    {
+        let path = before.path.display();
+        warnings
+            .push(format!("{path} is not the block that this one was designed behind: its content has changed since"));
     }
     warnings
 }

@@ -65,6 +65,18 @@ records! {
         /// Why, and what to do.
         says: String,
     }
+    /// Plates in a row.
+    Stack {
+        /// The file that names them.
+        file: String,
+        /// The plates, in the order of the light.
+        plates: Vec<Design>,
+    }
+    /// What was found of plates in a row.
+    StackLight {
+        /// Every plate with those before it, in the order of the light.
+        plates: Vec<Verify>,
+    }
     /// A design.
     Design {
         /// Whether it will work, as far as it was asked.
@@ -628,8 +640,12 @@ pub enum FaultKind {
 pub enum Result {
     /// A design.
     Design(Box<Design>),
+    /// Plates in a row.
+    Stack(Box<Stack>),
     /// A judgement.
     Verify(Box<Verify>),
+    /// verify, of plates in a row.
+    StackLight(Box<StackLight>),
     /// A preview.
     Preview(Preview),
     /// A photon run.

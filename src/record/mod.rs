@@ -6,5 +6,7 @@ pub mod document;
 #[cfg(test)]
 mod hostile_toml;
 mod side_file;
+mod stack_file;
 
 pub use side_file::{BenchRecord, EmissionRecord, FrameRecord, PictureRecord, SideFile, WorkRecord};
+pub use stack_file::StackFile;

@@ -163,6 +163,9 @@ pub struct PictureRecord {
     /// Of the picture of the beam.
     #[serde(skip_deserializing, skip_serializing_if = "Option::is_none")]
     pub beam_sha256: Option<String>,
+    /// Of the file of the block before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub behind_sha256: Option<String>,
 }
 
 fn along_the_axis() -> [f64; 3] {
@@ -208,7 +211,11 @@ impl SideFile {
         let about = "of the files: millimetres, z up (GLB: metres, y up); height maps keep to [bench]";
         file.table("frame", about, &[&[("origin", origin)], FRAME].concat());
         file.table("work", "", &[("done", "")]);
-        file.table("picture", "", &[("sha256", ""), ("beam-sha256", "of the picture of the beam")]);
+        file.table(
+            "picture",
+            "",
+            &[("sha256", ""), ("beam-sha256", "of the picture of the beam"), ("behind-sha256", "of the block before")],
+        );
         file.table("files", "sha256", &[]);
         file.tables("height-maps", "the numbers that stand in its metadata too");
         Ok(file.finish())
@@ -254,6 +261,7 @@ const DESIGN: &[Note] = &[
     ("source-distance", "to the middle of the entry face"),
     ("emission", ""),
     ("beam", ""),
+    ("behind", "the block before, and the air from its mean exit plane to the entry face of this one"),
     ("source-size", ""),
     ("roughness", "standard deviation of the slope along any direction"),
     ("psf", "and the size of its pixels on the receiver"),

@@ -185,6 +185,7 @@ fn light_notes(bench: &Bench, origin: DVec3) -> Vec<String> {
         ExitFace::Refracts { .. } => "into the flat entry face",
         ExitFace::Reflects => "onto the exit face, which is a mirror",
     };
+    let onto = if bench.known_faces().is_empty() { onto } else { "through other blocks into the flat entry face" };
     match bench.light() {
         Light::Parallel { .. } if bench.light_in_air() == DVec3::Z => vec![format!("light goes along +z, {onto}")],
         Light::Parallel { .. } => {

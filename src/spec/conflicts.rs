@@ -25,13 +25,21 @@ const PARALLEL: Half = Half {
 };
 
 /// The pairs, and why they exclude each other.
-const PAIRS: [(Half, Half, &str); 5] = [
+const PAIRS: [(Half, Half, &str); 11] = [
     (half!("ior", ior), half!("material", material), "both say what the index is"),
     (half!("ior", ior), half!("wavelength", wavelength), "an index is that of its wavelength already"),
     (half!("beam", beam), half!("emission", emission), "a measured beam stands for what a source would give"),
     (PARALLEL, half!("emission", emission), "only a point source emits in some way"),
     (PARALLEL, half!("source-distance", source_distance), "only a point source has a distance"),
+    (half!("behind", behind), half!("mirror", mirror), "light does not go on behind another block to a mirror"),
+    (half!("behind", behind), half!("light", light), OF_THE_FIRST),
+    (half!("behind", behind), half!("tilt", tilt), OF_THE_FIRST),
+    (half!("behind", behind), half!("source-distance", source_distance), OF_THE_FIRST),
+    (half!("behind", behind), half!("emission", emission), OF_THE_FIRST),
+    (half!("behind", behind), half!("beam", beam), OF_THE_FIRST),
 ];
+
+const OF_THE_FIRST: &str = "the light is that for which the block before was made";
 
 impl Half {
     fn flag(&self) -> String {
@@ -80,7 +88,7 @@ mod tests {
     use crate::spec::settings::DesignFile;
 
     /// A value for every setting of a pair.
-    const VALUES: [(&str, &str); 7] = [
+    const VALUES: [(&str, &str); 11] = [
         ("ior", "ior = 1.6"),
         ("material", "material = \"pmma\""),
         ("wavelength", "wavelength = \"532nm\""),
@@ -88,6 +96,10 @@ mod tests {
         ("emission", "emission = \"lambertian\""),
         ("light parallel", "light = \"parallel\""),
         ("source-distance", "source-distance = \"1m\""),
+        ("behind", "behind = \"a.stl,10mm\""),
+        ("mirror", "mirror = true"),
+        ("light", "light = \"point\""),
+        ("tilt", "tilt = \"5deg\""),
     ];
 
     fn settings(names: &[&str]) -> Settings {

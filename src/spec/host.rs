@@ -1,6 +1,7 @@
 //! What a study needs of the machine that it runs on.
 
 use crate::{failure::Failure, irradiance::Picture};
+use glasswarp_verify::Mesh;
 use std::{io, path::Path};
 
 /// Files, memory, and an ear for warnings: the command line has a disk, a page in a browser has
@@ -11,6 +12,17 @@ pub trait Host: Sync {
     /// # Errors
     /// Those of reading it.
     fn read(&self, path: &Path) -> io::Result<Vec<u8>>;
+
+    /// The solid of a file that settings name.
+    ///
+    /// # Errors
+    /// Those of reading it, and everywhere but where solids are read.
+    fn solid(&self, path: &Path) -> Result<Mesh, Failure> {
+        Err(Failure::Usage(format!(
+            "{} is a block, and blocks that stand before others (`behind`) are read by the program only",
+            path.display()
+        )))
+    }
 
     /// Memory that reading a picture may take, bytes.
     fn picture_memory(&self) -> u64 {

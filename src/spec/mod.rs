@@ -45,6 +45,6 @@ pub(crate) use quantity::nearest;
 pub use range::{Quantity, Range};
 pub use settings::{DRAWING_NODES, DesignFile, OFFSET, Settings};
 pub use shard::Shard;
-pub use source::{DeconvolutionName, Roughness, SourceName, SpeckFile};
+pub use source::{BeforeFile, DeconvolutionName, Roughness, SourceName, SpeckFile};
 pub use tolerances::ToleranceArgs;
 pub use wavelength::{VISIBLE_NM, Wavelength};

@@ -9,7 +9,7 @@ use super::{
     lamp::{Emission, LightName},
     length::{Length, SmallLength},
     presets::PresetName,
-    source::{DeconvolutionName, Roughness, SourceName, SpeckFile},
+    source::{BeforeFile, DeconvolutionName, Roughness, SourceName, SpeckFile},
     wavelength::Wavelength,
 };
 use crate::{
@@ -110,6 +110,11 @@ settings! {
     /// block and the same way round as the picture on the receiver: its unevenness is corrected for
     #[arg(long, value_name = "PICTURE", help_heading = "Light", hide_short_help = true)]
     beam: PathBuf,
+
+    /// Let the block stand behind another one, in the light that comes through it: its file, its side
+    /// file beside it, and the air from its mean exit plane to the entry face: plate.stl,30mm
+    #[arg(long, value_name = "FILE,LENGTH", help_heading = "Light", hide_short_help = true)]
+    behind: BeforeFile,
 
     /// Refractive index of the block [default: that of its material]
     #[arg(long, value_name = "N", help_heading = "Bench", hide_short_help = true)]
@@ -338,7 +343,8 @@ impl Settings {
             _ => None,
         };
         let speck = self.psf.as_ref().map(|speck| &speck.path);
-        let files = [self.picture.as_ref(), self.beam.as_ref(), lamp, speck, self.caustic_mesh.as_ref()];
+        let before = self.behind.as_ref().map(|before| &before.path);
+        let files = [self.picture.as_ref(), self.beam.as_ref(), lamp, speck, self.caustic_mesh.as_ref(), before];
         files.into_iter().flatten().map(PathBuf::as_path)
     }
 
@@ -349,7 +355,8 @@ impl Settings {
             _ => None,
         };
         let speck = self.psf.as_mut().map(|speck| &mut speck.path);
-        let files = [self.picture.as_mut(), self.beam.as_mut(), lamp, speck, self.caustic_mesh.as_mut()];
+        let before = self.behind.as_mut().map(|before| &mut before.path);
+        let files = [self.picture.as_mut(), self.beam.as_mut(), lamp, speck, self.caustic_mesh.as_mut(), before];
         for path in files.into_iter().flatten() {
             *path = renamed(path);
         }

@@ -10,7 +10,7 @@ use crate::irradiance::SourceSize;
 use clap::ValueEnum;
 use std::{fmt, path::PathBuf, str::FromStr};
 
-read_as_text!(SourceName, Roughness, SpeckFile);
+read_as_text!(SourceName, Roughness, SpeckFile, BeforeFile);
 names!(DeconvolutionName, "deconvolution");
 
 /// The size of the source: `sun`, `0.53deg`, `5mm` or `5x3mm`; `none` says that it has none.
@@ -116,16 +116,45 @@ impl FromStr for SpeckFile {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (path, pixel) = text
-            .rsplit_once(',')
-            .ok_or_else(|| format!("'{text}' lacks the size of a pixel on the receiver; write speck.png,0.05mm"))?;
-        Ok(Self { path: path.into(), pixel: pixel.parse()? })
+        let (path, pixel) = file_and_length(text, "the size of a pixel on the receiver; write speck.png,0.05mm")?;
+        Ok(Self { path, pixel })
     }
+}
+
+/// Reads `file,length`; `lacks` says what is missing where there is no length.
+fn file_and_length(text: &str, lacks: &str) -> Result<(PathBuf, Length), String> {
+    let (path, length) = text.rsplit_once(',').ok_or_else(|| format!("'{text}' lacks {lacks}"))?;
+    Ok((path.into(), length.parse()?))
 }
 
 impl fmt::Display for SpeckFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{},{}mm", self.path.display(), self.pixel.mm)
+    }
+}
+
+/// The block before this one in the way of the light, and the air between them: `stack.1.stl,30mm`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BeforeFile {
+    /// Its file, with its side file beside it.
+    pub path: PathBuf,
+    /// From its mean exit plane to the entry face of this block.
+    pub gap: Length,
+}
+
+impl FromStr for BeforeFile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let lacks = "the air between the blocks; write stack.1.stl,30mm";
+        let (path, gap) = file_and_length(text, lacks)?;
+        Ok(Self { path, gap })
+    }
+}
+
+impl fmt::Display for BeforeFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{},{}mm", self.path.display(), self.gap.mm)
     }
 }
 

@@ -30,6 +30,10 @@ pub struct ToleranceArgs {
     #[arg(long, value_name = "LENGTH", default_value = "0.5mm", requires = "tolerance")]
     pub thickness_off: Length,
 
+    /// The block before this one stands aside by this along x and y, and nearer and further
+    #[arg(long, value_name = "LENGTH", default_value = "0.2mm", requires = "tolerance")]
+    pub place_off: Length,
+
     /// Angular diameter of the light as seen from the block: sun (0.53deg), or 1.15deg for a torch
     /// of 20 mm a metre away. May be given several times [default: sun and 1.15deg]
     #[arg(long, value_name = "SIZE", requires = "tolerance", allow_hyphen_values = true)]

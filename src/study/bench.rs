@@ -1,7 +1,11 @@
 //! From settings to a bench, from a bench to its record, and from the record to the scene in which
 //! the verifier looks at its block: the one place where these become each other.
 
-use super::{lamp::Lamp, material::ior_of};
+use super::{
+    before::{self, Before},
+    lamp::Lamp,
+    material::ior_of,
+};
 use crate::{
     bench::{Bench, ExitFace},
     failure::Failure,
@@ -16,21 +20,30 @@ use glam::{DVec2, DVec3};
 use glasswarp_verify::{self as verify, Image, Optics, Scene, Window};
 use std::{io::Cursor, path::Path};
 
+/// How far away the receiver is if nobody says, mm.
+pub const DISTANCE_MM: f64 = 250.0;
 /// Where a point source stands if nobody says, from the entry face, mm.
 const SOURCE_MM: f64 = 500.0;
 /// Greatest angle of incidence, degrees.
 const STEEPEST_DEG: f64 = 75.0;
 
-/// The bench that settings describe, for a picture of `ny / nx` = `aspect`. `thickness_mm` counts
-/// from the entry face to the mean exit plane; only light from a point looks at it.
+/// The bench that settings describe, behind what stands before it, for a picture of `ny / nx` =
+/// `aspect`. `thickness_mm` counts from the entry face to the mean exit plane; only light from a point
+/// and light that comes through another block look at it.
 ///
 /// # Errors
 /// Everything that makes no bench.
-pub fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64, host: &dyn Host) -> Result<Bench, Failure> {
+pub fn bench_of(
+    settings: &Settings,
+    before: &Before,
+    aspect: f64,
+    thickness_mm: f64,
+    host: &dyn Host,
+) -> Result<Bench, Failure> {
     let size = |width_mm: f64| Extent::new(width_mm, width_mm * aspect);
     let exit_face =
         if settings.is_mirror() { ExitFace::Reflects } else { ExitFace::Refracts { ior: ior_of(settings)? } };
-    let distance_mm = settings.distance.map_or(250.0, |length| length.mm);
+    let distance_mm = settings.distance.map_or(DISTANCE_MM, |length| length.mm);
     let block = size(settings.size.map_or(100.0, |length| length.mm));
     let mut bench = Bench::new(block, distance_mm, exit_face).map_err(Failure::refused)?;
     if let Some(OutlineName(outline)) = settings.outline {
@@ -42,7 +55,7 @@ pub fn bench_of(settings: &Settings, aspect: f64, thickness_mm: f64, host: &dyn 
         let axis = DVec3::new(towards.y, -towards.x, 0.0);
         bench = bench.with_receiver_turned(axis * leaning.by.radians()).map_err(Failure::refused)?;
     }
-    bench = lit(bench, settings, thickness_mm, host)?;
+    bench = before.stand_before(lit(bench, settings, thickness_mm, host)?, thickness_mm)?;
     let window = settings.window.map_or_else(|| undisturbed_window(&bench), |width| size(width.mm));
     let Shift { right, up } = settings.shift.unwrap_or_default();
     let centre = bench.undisturbed_landing_mm().map_err(Failure::refused)? + DVec2::new(-right.mm, up.mm);
@@ -229,7 +242,12 @@ pub fn light_in_words(scene: &Scene, entry_z_mm: f64) -> String {
         Optics::Reflects => "the mirror, from the receiver's side",
     };
     let measured = if scene.profile.is_some() { ", its beam as measured" } else { "" };
-    match &scene.light {
+    let through = match scene.before.len() {
+        0 => String::new(),
+        1 => ", through another block".to_owned(),
+        others => format!(", through {others} other blocks"),
+    };
+    let words = match &scene.light {
         verify::Light::Parallel { direction } => {
             let sin = direction.normalize_or_zero().truncate();
             if sin == DVec2::ZERO {
@@ -257,7 +275,8 @@ pub fn light_in_words(scene: &Scene, entry_z_mm: f64) -> String {
             };
             format!("a point {:.1} mm away, {place} the middle of {onto}{how}", away.length())
         }
-    }
+    };
+    words + &through
 }
 
 fn from_the_side(angle: f64, towards: DVec2) -> String {
@@ -300,7 +319,7 @@ pub fn receiver_in_words(bench: &Bench, highest_mm: f64) -> String {
 ///
 /// # Errors
 /// A lamp's or beam's file that cannot be read.
-pub fn scene_of(record: &BenchRecord, settings: &Settings, host: &dyn Host) -> Result<Scene, Failure> {
+pub fn scene_of(record: &BenchRecord, settings: &Settings, before: &Before, host: &dyn Host) -> Result<Scene, Failure> {
     let window = Window {
         size_mm: DVec2::new(record.window_width_mm, record.window_height_mm),
         centre_mm: DVec2::from(record.window_centre_mm),
@@ -313,6 +332,7 @@ pub fn scene_of(record: &BenchRecord, settings: &Settings, host: &dyn Host) -> R
         Scene::new(record.ior, record.distance_mm, window)
     };
     scene.receiver_turned = DVec3::from(record.receiver_turned);
+    scene.before.clone_from(&before.standing);
     let direction = DVec3::from(record.light_direction);
     scene.light = match record.source_mm {
         None => verify::Light::parallel(direction),
@@ -365,7 +385,9 @@ pub fn drawn_bench(scene: &Scene, drawing: Extent, entry_z_mm: f64) -> Result<Be
         let size = scene.window.size_mm;
         bench.with_window(Extent::new(size.x, size.y), scene.window.centre_mm)
     };
-    build().map_err(Failure::refused)
+    let bench = build().map_err(Failure::refused)?;
+    // Where light does not come through everywhere, rays are drawn as if nothing stood before.
+    before::passing(bench.clone(), &scene.before, -entry_z_mm).or(Ok(bench))
 }
 
 /// What a user should know of a bench before a block is made for it.

@@ -1,7 +1,7 @@
 //! A block on another bench than the one that it was made for: where its picture goes, and how far
 //! a slope throws light there.
 
-use super::bench::scene_of;
+use super::{before::Before, bench::scene_of};
 use crate::{failure::Failure, record::SideFile, spec::Host};
 use glam::DVec2;
 use glasswarp_verify::{Block, End, Image, Optics, Scene, Surface, Tracer, Window};
@@ -57,11 +57,13 @@ fn footprint(block: &Block, scene: &Scene) -> Result<Footprint, Failure> {
     Ok(Footprint { middle_mm: landing(DVec2::ZERO)?, size_mm: 0.5 * spans.abs() })
 }
 
-/// A flat block whose face turns light as if it had this slope.
+/// A flat block whose face turns light as if it had this slope. What stands before it carries its
+/// light there flat as well: where a picture goes as a whole does not depend on pictures.
 fn flat(block: &Block, scene: &Scene, slope: DVec2) -> Result<Tracer, Failure> {
     let level = vec![block.mean_exit_z_mm(); 16];
     let leaning = block.clone().with_sloped_face((4, 4), level, vec![slope; 16]).map_err(Failure::refused)?;
-    Tracer::for_block(&leaning, &Scene { surface: Surface::Smooth, ..scene.clone() }).map_err(Failure::refused)
+    Tracer::for_block(&leaning, &Scene { surface: Surface::Smooth, before: Vec::new(), ..scene.clone() })
+        .map_err(Failure::refused)
 }
 
 /// How far, mm, light of a flat block goes astray at most on a bench where its face leans by a
@@ -122,13 +124,13 @@ pub fn changed_bench(
 pub fn scene_of_file(
     block: Option<&Block>,
     size_mm: DVec2,
-    side: Option<&SideFile>,
+    side: Option<(&SideFile, &Before)>,
     (ior, distance_mm): (Option<f64>, Option<f64>),
     host: &dyn Host,
     missing: impl Fn(&str) -> Failure,
 ) -> Result<Scene, Failure> {
     let scene = match (side, ior, distance_mm) {
-        (Some(side), ..) => scene_of(&side.bench, &side.design, host)?,
+        (Some((side, before)), ..) => scene_of(&side.bench, &side.design, before, host)?,
         (None, Some(ior), Some(distance_mm)) => {
             Scene::new(ior, distance_mm, Window { size_mm, centre_mm: DVec2::ZERO, nx: 1, ny: 1 })
         }

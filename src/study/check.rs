@@ -1,12 +1,14 @@
 //! Whether a block can be made, a verdict per line.
 
 use super::{
+    behind,
     budget::double_precision,
     changed::{deflection_mm, scene_of_file},
     design::Plan,
+    face::surface_of,
     judge,
     verdict::{Answer, Verdict},
-    workpiece::{Workpiece, surface_of, walls_of},
+    workpiece::{Workpiece, walls_of},
 };
 use crate::{
     fabricate::{Cutter, CutterShape, FaceShape, Hollow, Pass, Scallop},
@@ -177,7 +179,9 @@ impl Makeable {
         host: &dyn Host,
         missing: impl Fn(&str) -> Failure,
     ) -> Result<Self, Failure> {
-        let scene = scene_of_file(Some(&block), block.size_mm(), side, changed, host, missing)?;
+        let before = behind::of_side(side, host)?;
+        let bench = side.map(|side| (side, &before));
+        let scene = scene_of_file(Some(&block), block.size_mm(), bench, changed, host, missing)?;
         let (surface, thinnest_mm) = (surface_of(&block)?, block.min_thickness_mm());
         Ok(Self { surface, thinnest_mm, block, scene, assumed: side.is_none(), form })
     }

@@ -1,6 +1,8 @@
 //! A block that can be designed: settings validated once, then trusted.
 
 use super::{
+    before::Before,
+    behind,
     bench::{bench_of, block_document, light_in_words, record_of, scene_of, warnings},
     imperfect::if_it_is_the_sun,
     requirements::{Requirements, open_understood},
@@ -30,7 +32,7 @@ use std::{path::PathBuf, sync::Arc};
 
 /// Thickness of a block, from its entry face to the mean plane of its exit face, until its relief
 /// is known, mm.
-const NOMINAL_MM: f64 = 10.0;
+pub(super) const NOMINAL_MM: f64 = 10.0;
 /// Nodes across of the draft that tells the relief, and by how much it may be wrong, mm.
 const DRAFT_NODES: usize = 129;
 const DRAFT_MM: f64 = 0.1;
@@ -51,6 +53,8 @@ pub struct Plan {
     pub requirements: Requirements,
     /// The bench.
     pub bench: Bench,
+    /// What stands before the block.
+    pub before: Before,
     /// The scene in which the verifier will look at the block.
     pub scene: Scene,
     /// Height nodes along x and y.
@@ -78,7 +82,22 @@ impl Plan {
     /// Files that cannot be read, everything that makes no design.
     pub fn new(
         picture: PathBuf,
+        settings: Settings,
+        host: &dyn Host,
+        progress: &dyn Progress,
+    ) -> Result<Self, Failure> {
+        let before = behind::open(&settings, host)?;
+        Self::behind(picture, settings, before, host, progress)
+    }
+
+    /// The same behind blocks that are open already.
+    ///
+    /// # Errors
+    /// Those of [`new`](Self::new).
+    pub fn behind(
+        picture: PathBuf,
         mut settings: Settings,
+        before: Before,
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
@@ -86,7 +105,8 @@ impl Plan {
         let (perceived, understood, warning) = open_understood(&picture, &settings, offset, host)?;
         let (nx, ny) = (perceived.cells().nx(), perceived.cells().ny());
         let aspect = ny as f64 / nx as f64;
-        let bench = bench_of(&settings, aspect, settings.thickness.map_or(NOMINAL_MM, |length| length.mm), host)?;
+        let thickness_mm = settings.thickness.map_or(NOMINAL_MM, |length| length.mm);
+        let bench = bench_of(&settings, &before, aspect, thickness_mm, host)?;
         let (block, light) = (bench.block(), bench.light());
         let across = settings.nodes.unwrap_or_else(|| {
             // However much of a drawing is used, it is drawn for these.
@@ -111,13 +131,14 @@ impl Plan {
         let solver = settings.solver.unwrap_or_default();
         let requirements = Requirements::of(perceived.clone(), &bench, &settings, host, progress)?;
         let target = requirements.ideal.clone();
-        let scene = scene_of(&record_of(&bench), &settings, host)?;
+        let scene = scene_of(&record_of(&bench), &settings, &before, host)?;
         let mut plan = Self {
             picture,
             understood,
             target,
             requirements,
             bench,
+            before,
             scene,
             nodes,
             stock,
@@ -134,7 +155,7 @@ impl Plan {
             plan.requirements = Requirements::of(perceived, &plan.bench, &plan.settings, host, progress)?;
             plan.target = plan.requirements.ideal.clone();
         }
-        plan.scene = scene_of(&record_of(&plan.bench), &plan.settings, host)?;
+        plan.scene = scene_of(&record_of(&plan.bench), &plan.settings, &plan.before, host)?;
         let sun = if_it_is_the_sun(&plan.bench, &plan.settings);
         plan.warnings.splice(0..0, sun);
         Ok(plan)
@@ -206,7 +227,7 @@ impl Plan {
                         && thickness_mm < STANDARD_SHEETS_MM[STANDARD_SHEETS_MM.len() - 1] =>
                 {
                     thickness_mm *= 2.0;
-                    self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
+                    self.bench = bench_of(&self.settings, &self.before, aspect, thickness_mm, host)?;
                 }
                 solved => return Ok(solved.map_err(Failure::refused)?.exit),
             }
@@ -218,7 +239,7 @@ impl Plan {
     /// face, and how far the face must go on for light from the side.
     fn fit_to_light(&mut self, aspect: f64, host: &dyn Host) -> Result<(), Failure> {
         let straight = match self.bench.light() {
-            Light::Parallel { direction } => direction.truncate() == DVec2::ZERO,
+            Light::Parallel { direction } => direction.truncate() == DVec2::ZERO && self.before.standing.is_empty(),
             Light::Point { .. } => false,
         };
         if straight || self.settings.is_mirror() {
@@ -232,6 +253,7 @@ impl Plan {
             None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
         };
         let mut overshoot_mm = 0.0;
+        let mut built_for_mm = f64::NAN;
         // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker
         // sheet asks for more of a skirt.
         for _ in 0..SKIRTS {
@@ -241,7 +263,12 @@ impl Plan {
             self.stock = Stock::of_thickness(solid.thickness_mm())
                 .leaving_at_least(self.stock.least_mm())
                 .faced(self.stock.facing_mm());
-            self.bench = bench_of(&self.settings, aspect, thickness_mm, host)?;
+            // Light through other blocks takes a while.
+            let same = thickness_mm == built_for_mm;
+            if !same {
+                self.bench = bench_of(&self.settings, &self.before, aspect, thickness_mm, host)?;
+                built_for_mm = thickness_mm;
+            }
             overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
             let enough = overshoot_mm <= self.shape.skirt_mm;
             if enough || self.settings.skirt.is_some() {

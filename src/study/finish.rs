@@ -1,9 +1,10 @@
 //! The light of a block after the finish that it is designed for.
 
 use super::{
+    face::surface_of,
     judge::{Examiner, Subject},
     mill::{mill, polished},
-    workpiece::{JudgedImage, surface_of, view, view_milled, walls_of},
+    workpiece::{JudgedImage, view, view_milled, walls_of},
 };
 use crate::{fabricate::Pass, failure::Failure, record::document, spec::FinishPlan, surface::Polish};
 

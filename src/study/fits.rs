@@ -58,7 +58,11 @@ fn pixels_of(plan: &Plan) -> (usize, usize) {
 /// What a plan is made of, with other nodes.
 fn load_of(plan: &Plan, nodes: (usize, usize)) -> Load {
     let pixels = pixels_of(plan);
-    Load::new(nodes, pixels, plan.memory_of_solver(pixels, nodes))
+    let before = plan.before.standing.iter().map(|standing| {
+        let (nx, ny) = standing.block.nodes();
+        (nx * ny) as u64
+    });
+    Load::new(nodes, pixels, plan.memory_of_solver(pixels, nodes)).behind(before.sum())
 }
 
 fn demand_nodes(

@@ -1,6 +1,7 @@
 //! A block in the light that there is, which is not perfect.
 
 use super::{
+    behind,
     bench::bench_of,
     judge::{self, Examiner, Subject},
     requirements::psf_of,
@@ -48,9 +49,13 @@ pub(super) fn if_it_is_the_sun(bench: &Bench, settings: &Settings) -> Option<Str
     let window_mm = bench.window().as_vec();
     let share = (spot_mm / window_mm).max_element();
     let says = |size: f64| format!("{size:.2}").trim_end_matches('0').trim_end_matches('.').to_owned();
+    let remedy = match settings.behind {
+        None => "design for the sun with `source-size` sun, or say `source-size` none for a laser",
+        Some(_) => "take a laser or a small lamp far away, and say so with `source-size` none",
+    };
     (share > UNSEEN_DETAIL).then(|| {
         format!(
-            "nothing is said of the size of the light: if it is the sun, 0.53 degrees wide, no detail below {} mm is left of the picture, which is {} x {} mm: {:.1} % of it, and {} % at `distance` {:.0}mm; design for the sun with `source-size` sun, or say `source-size` none for a laser",
+            "nothing is said of the size of the light: if it is the sun, 0.53 degrees wide, no detail below {} mm is left of the picture, which is {} x {} mm: {:.1} % of it, and {} % at `distance` {:.0}mm; {remedy}",
             says(spot_mm.max_element()),
             says(window_mm.x),
             says(window_mm.y),
@@ -175,7 +180,7 @@ fn bench_of_scene(subject: &Subject, scene: &Scene, settings: &Settings, host: &
     };
     let settings = Settings { distance: Some(Length { mm: scene.distance_mm }), ior, material, ..settings.clone() };
     let window = scene.window.size_mm;
-    let bench = bench_of(&settings, window.y / window.x, -subject.entry_z_mm(), host)?;
+    let bench = bench_of(&settings, &behind::open(&settings, host)?, window.y / window.x, -subject.entry_z_mm(), host)?;
     bench.with_window(Extent::new(window.x, window.y), scene.window.centre_mm).map_err(Failure::refused)
 }
 

@@ -9,6 +9,8 @@
 //!
 //! Settings that messages speak of stand in backticks.
 
+pub mod before;
+pub mod behind;
 pub mod bench;
 pub mod budget;
 pub mod changed;
@@ -18,6 +20,7 @@ pub mod crosscheck;
 pub mod cutters;
 pub mod design;
 pub mod diagnosis;
+pub mod face;
 pub mod finish;
 pub mod fits;
 pub mod imperfect;
@@ -32,6 +35,7 @@ mod progress;
 pub mod ready;
 pub mod requirements;
 pub mod side_record;
+pub mod stack;
 pub mod stand;
 pub mod sweep;
 pub mod tally;

@@ -4,11 +4,16 @@ use super::{
     diagnosis,
     judge::{self, Examiner, Subject},
 };
-use crate::{failure::Failure, record::BenchRecord};
+use crate::{
+    export::HeightMapFormat,
+    failure::Failure,
+    record::{BenchRecord, SideFile},
+};
 use glam::{DVec3, EulerRot, Vec2Swizzles};
 use glasswarp_verify::{
     Block, BlockError, ExpectedPose, Geometry, Image, Mesh, PlacedBlock, Placement, Scene, Surface, Traversal,
 };
+use std::path::Path;
 
 /// How a solid comes to stand on its bench.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +37,12 @@ impl Expected<'_> {
     fn stand(&self) -> ExpectedPose {
         ExpectedPose { face_mm: self.bench.face_mm(), entry_z_mm: self.bench.entry_z_mm }
     }
+}
+
+/// Where the vertices of a file of a block are counted from, in the frame of the bench, mm.
+pub fn origin_of(side: &SideFile, file: &Path) -> DVec3 {
+    // Height maps have no origin.
+    if HeightMapFormat::from_path(file).is_ok() { DVec3::ZERO } else { side.frame.origin_mm() }
 }
 
 /// A solid, and what was found of its place.

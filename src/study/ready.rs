@@ -5,6 +5,7 @@
 use super::{
     check::{CheckStudy, FaceForm, Makeable, Shop},
     design::shape,
+    face::with_face,
     imperfect::{ImperfectView, blurred, if_it_is_the_sun, spread_in_words},
     judge::Subject,
     mill::{MillStudy, figures},
@@ -13,7 +14,7 @@ use super::{
     requirements::psf_of,
     tolerance::{self, ToleranceCase, Tolerances},
     verdict::{Answer, Verdict, seen_in_words},
-    workpiece::{JudgedImage, Workpiece, with_face},
+    workpiece::{JudgedImage, Workpiece},
 };
 use crate::{
     fabricate::{Direction, Pass},

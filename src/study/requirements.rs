@@ -2,6 +2,7 @@
 //! for light that is not perfect and for caustic meshes.
 
 use super::{
+    before::Before,
     bench::{bench_of, linear_picture},
     progress::begin,
 };
@@ -160,11 +161,15 @@ impl Requirements {
     pub fn of_side(
         picture: TargetIrradiance,
         side: &SideFile,
+        before: &Before,
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<(Self, Bench), Failure> {
         let aspect = picture.cells().ny() as f64 / picture.cells().nx() as f64;
-        let bench = bench_of(&side.design, aspect, -side.bench.entry_z_mm, host)?;
+        let thickness_mm = -side.bench.entry_z_mm;
+        // A row that nobody would design so is looked at nevertheless.
+        let bench = bench_of(&side.design, before, aspect, thickness_mm, host)
+            .or_else(|_| bench_of(&side.design, &Before::default(), aspect, thickness_mm, host))?;
         Ok((Self::of(picture, &bench, &side.design, host, progress)?, bench))
     }
 }

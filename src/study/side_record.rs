@@ -11,7 +11,7 @@ use crate::{
     pipeline::DesignedBlock,
     record::{BenchRecord, FrameRecord, PictureRecord, SideFile},
     solid::Solid,
-    spec::{Emission, Host, Length, LightName, Settings},
+    spec::{Emission, Host, Length, Settings},
 };
 use std::path::Path;
 
@@ -44,8 +44,9 @@ pub fn side_file(
     let picture = PictureRecord {
         sha256: settings.picture.as_deref().map_or_else(|| Ok(String::new()), &hash_of)?,
         beam_sha256: settings.beam.as_deref().map(&hash_of).transpose()?,
+        behind_sha256: settings.behind.as_ref().map(|before| hash_of(&before.path)).transpose()?,
     };
-    let is_lamp = settings.light() == LightName::Point && settings.beam.is_none();
+    let is_lamp = bench.source_mm.is_some() && settings.beam.is_none();
     let emission = match is_lamp {
         true => Some(Lamp::read(settings.emission.as_ref().unwrap_or(&Emission::Isotropic), host)?.record()),
         false => None,
@@ -56,7 +57,8 @@ pub fn side_file(
         distance: Some(Length { mm: bench.distance_mm }),
         ior: (settings.material.is_none() && !bench.mirror).then_some(bench.ior),
         mirror: bench.mirror.then_some(true),
-        light: Some(settings.light()),
+        // Behind another block the light is that block's.
+        light: settings.behind.is_none().then(|| settings.light()),
         solver: Some(settings.solver.unwrap_or_default()),
         ..settings.clone()
     };

@@ -77,7 +77,10 @@ impl Stand {
         scene: &Scene,
         settings: Option<&Settings>,
     ) -> Self {
-        let mut unsaid = scene.profile.is_some().then_some("the measured profile of the beam");
+        let mut unsaid = match scene {
+            _ if !scene.before.is_empty() => Some("what stands before the block"),
+            _ => scene.profile.is_some().then_some("the measured profile of the beam"),
+        };
         let light = match &scene.light {
             Light::Parallel { direction } => StandingLight::Parallel { direction: direction.normalize().to_array() },
             Light::Point { position_mm, emission, axis } => {

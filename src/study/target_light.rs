@@ -1,6 +1,7 @@
 //! The target irradiance as the verifier reads it, which must agree with the designer's reading.
 
 use super::{
+    behind,
     judge::{field_of, image_of},
     requirements::{Requirements, open_target},
 };
@@ -69,7 +70,8 @@ impl TargetLight {
         let designers = open_target(picture, settings, settings.offset.unwrap_or(0.0), host)?;
         match side {
             Some(side) => {
-                let (requirements, bench) = Requirements::of_side(designers, side, host, progress)?;
+                let (requirements, bench) =
+                    Requirements::of_side(designers, side, &behind::open(&side.design, host)?, host, progress)?;
                 Self::of(picture, settings, &requirements, &bench, host)
             }
             None => Self::plain(picture, settings, &designers, host),

@@ -3,8 +3,9 @@
 use super::{
     bench::first_met,
     changed::{Followed, follow_picture},
+    face::with_face,
     progress::{advance, begin},
-    workpiece::{JudgedImage, Workpiece, with_face},
+    workpiece::{JudgedImage, Workpiece},
 };
 use crate::{
     failure::Failure,
@@ -15,7 +16,7 @@ use crate::{
     surface::HeightField,
 };
 use glam::{DVec2, DVec3};
-use glasswarp_verify::{Block, Image, Light, Optics, Scene, Tracer, Traversal, metrics};
+use glasswarp_verify::{Block, Displacement, Image, Light, Optics, Scene, Tracer, Traversal, metrics};
 
 /// By how much things may be off.
 pub struct Tolerances {
@@ -29,6 +30,8 @@ pub struct Tolerances {
     pub form_error_um: f64,
     /// The stock is thicker by this.
     pub thickness_mm: f64,
+    /// The block before this one stands aside, or nearer or further, by this.
+    pub place_mm: f64,
     /// Angular diameters of the light as seen from the block.
     pub light_degrees: Vec<f64>,
     /// The relative RMS error up to which a picture counts as in focus; else twice that of the
@@ -45,6 +48,7 @@ impl Default for Tolerances {
             tilt_degrees: 1.0,
             form_error_um: 50.0,
             thickness_mm: 0.5,
+            place_mm: 0.2,
             light_degrees: vec![0.53, 1.15],
             focus_error: None,
         }
@@ -70,6 +74,7 @@ impl Tolerances {
             tilt_degrees: args.tilt_off.deg,
             form_error_um: 1e3 * args.form_error.mm,
             thickness_mm: args.thickness_off.mm,
+            place_mm: args.place_off.mm,
             light_degrees: match args.source_size.as_slice() {
                 [] => usual.light_degrees,
                 given => given.iter().map(degrees).collect::<Result<_, _>>()?,
@@ -95,6 +100,7 @@ impl Tolerances {
         within("the tilt (`tilt-off`), degrees,", self.tilt_degrees, 0.0, 30.0)?;
         within("the form error (`form-error`), um,", self.form_error_um, 0.0, 1e4)?;
         within("the error of the thickness (`thickness-off`), mm,", self.thickness_mm, 0.0, 100.0)?;
+        within("how far the block before stands aside (`place-off`), mm,", self.place_mm, 0.0, 100.0)?;
         self.light_degrees.iter().try_for_each(|light| {
             within("the angular diameter of the light (`source-size`), degrees,", *light, 0.0, 20.0)
         })?;
@@ -334,7 +340,14 @@ impl<'a> DesignedBench<'a> {
         }
         for (axis, name) in [(DVec3::X, "x"), (DVec3::Y, "y")] {
             let scene = Scene { turned: axis * args.tilt_degrees.to_radians(), ..scene.clone() };
-            change(format!("block turned by {} degrees about {name}", args.tilt_degrees), None, scene);
+            let what = if scene.before.is_empty() { "block" } else { "all blocks" };
+            change(format!("{what} turned by {} degrees about {name}", args.tilt_degrees), None, scene);
+        }
+        for (name, displaced, gap_mm) in displacements(args) {
+            let mut moved = scene.clone();
+            let Some(before) = moved.before.last_mut() else { break };
+            (before.displaced, before.gap_mm) = (displaced, before.gap_mm + gap_mm);
+            change(format!("the block before {name}"), None, moved);
         }
         let (size, peak_mm) = (self.piece.surface.extent().as_vec(), 1e-3 * args.form_error_um);
         let power = |p: DVec2| peak_mm * 4.0 * p.length_squared() / size.length_squared();
@@ -453,6 +466,22 @@ impl<'a> DesignedBench<'a> {
         let nearest = (FOCUS_RANGE.0 * own).max(self.block.height_range_mm().1 + 1.0);
         Ok(Focus { limit, near_mm: end(nearest)?, far_mm: end(FOCUS_RANGE.1 * own)? })
     }
+}
+
+/// How a block may stand beside its place before another one, and how much further away.
+fn displacements(args: &Tolerances) -> Vec<(String, Displacement, f64)> {
+    let (place, tilt) = (args.place_mm, args.tilt_degrees);
+    let shifted = |shift_mm| Displacement { shift_mm, ..Displacement::default() };
+    let turned = |axis: DVec3| Displacement { turned: axis * tilt.to_radians(), ..Displacement::default() };
+    vec![
+        (format!("{place} mm aside along x"), shifted(DVec3::X * place), 0.0),
+        (format!("{place} mm aside along y"), shifted(DVec3::Y * place), 0.0),
+        (format!("{place} mm further away"), Displacement::default(), place),
+        (format!("{place} mm nearer"), Displacement::default(), -place),
+        (format!("turned by {tilt} degrees about x"), turned(DVec3::X), 0.0),
+        (format!("turned by {tilt} degrees about y"), turned(DVec3::Y), 0.0),
+        (format!("turned by {tilt} degrees about the axis"), turned(DVec3::Z), 0.0),
+    ]
 }
 
 fn with_form(surface: &HeightField, form: &dyn Fn(DVec2) -> f64) -> HeightField {

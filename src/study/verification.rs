@@ -94,7 +94,7 @@ impl<'a> DesignVerification<'a> {
         mesh: impl FnOnce() -> Option<Mesh>,
         host: &dyn Host,
     ) -> Result<Option<Self>, Failure> {
-        let scene = scene_of(bench, settings, host)?;
+        let scene = scene_of(bench, settings, &plan.before, host)?;
         let examiner = Examiner::new(scene.clone(), Some(target.in_perfect_light()), PIXELS);
         // What the solver saw after a finish is not the light of the face as it is.
         let own = block.light.first().filter(|_| plan.settings.finish.is_none());

@@ -3,7 +3,7 @@
 use super::{judge::Subject, material::no_dispersion};
 use crate::{
     failure::Failure,
-    materials::{self, D_LINE_NM},
+    materials::{self, D_LINE_NM, Material},
     record::document,
     spec::Settings,
 };
@@ -35,12 +35,36 @@ impl WhiteLight {
         settings: Option<&Settings>,
         beams: (usize, usize),
     ) -> Result<Self, Failure> {
-        let Subject::Block(block) = subject else {
+        let material = Self::material(subject, scene, settings)?;
+        let Subject::Block(block) = subject else { unreachable!("other solids have been refused") };
+        let index = |nm: f64| material.ior_at(nm).unwrap_or(material.ior);
+        let Dispersed { rgb, fringing, .. } = disperse(block, scene, &index, beams).map_err(Failure::refused)?;
+        let designed_nm =
+            settings.and_then(|settings| settings.wavelength).map_or(D_LINE_NM, |wavelength| wavelength.nm);
+        Ok(Self { rgb, fringing, material: material.name, designed_nm })
+    }
+
+    /// What a block is made of that can be looked at in white light; asked before any work.
+    ///
+    /// # Errors
+    /// Those of [`of`](Self::of).
+    pub fn material(
+        subject: &Subject,
+        scene: &Scene,
+        settings: Option<&Settings>,
+    ) -> Result<&'static Material, Failure> {
+        if !matches!(subject, Subject::Block(_)) {
             return Err(Failure::Usage("`white` looks at blocks; this is another solid".into()));
-        };
+        }
         if scene.optics == Optics::Reflects {
             return Err(Failure::Usage(
                 "`white`: a mirror reflects all colours alike, there is no dispersion to look at".into(),
+            ));
+        }
+        if !scene.before.is_empty() {
+            return Err(Failure::Usage(
+                "`white`: this block stands behind another, of whose index in other colours nothing is known here"
+                    .into(),
             ));
         }
         let material = settings.and_then(|settings| settings.material.as_deref()).and_then(materials::by_name);
@@ -53,11 +77,7 @@ impl WhiteLight {
         if material.dispersion.is_none() {
             return Err(no_dispersion(material));
         }
-        let index = |nm: f64| material.ior_at(nm).unwrap_or(material.ior);
-        let Dispersed { rgb, fringing, .. } = disperse(block, scene, &index, beams).map_err(Failure::refused)?;
-        let designed_nm =
-            settings.and_then(|settings| settings.wavelength).map_or(D_LINE_NM, |wavelength| wavelength.nm);
-        Ok(Self { rgb, fringing, material: material.name, designed_nm })
+        Ok(material)
     }
 
     /// The same for programs.

@@ -1,8 +1,10 @@
 //! A block from a file, on its bench, as something that is worked on and looked at again.
 
 use super::{
+    behind,
     bench::scene_of,
     changed::changed_bench,
+    face::{surface_of, with_face},
     judge::{Examiner, Subject},
     placement::{Expected, Placing, place_block},
     requirements::{Requirements, open_target},
@@ -12,14 +14,14 @@ use crate::{
     bench::Bench,
     fabricate::{Cutter, Milled, Walls},
     failure::Failure,
-    grid::{Extent, Field, Outline},
+    grid::Field,
     irradiance::TargetIrradiance,
     record::SideFile,
     solver::Progress,
     spec::Host,
     surface::HeightField,
 };
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use glasswarp_verify::{Block, Geometry, Image, Mesh, Scene, Surface, Traversal, beams, metrics::Metrics};
 
 /// A block and everything that it takes to judge it.
@@ -74,9 +76,10 @@ impl Workpiece {
             Failure::Usage("the side file names no picture, by which the block could be judged".into())
         })?;
         let designers = open_target(picture, design, design.offset.unwrap_or(0.0), host)?;
-        let (requirements, bench) = Requirements::of_side(designers, &side, host, progress)?;
+        let before = behind::open(design, host)?;
+        let (requirements, bench) = Requirements::of_side(designers, &side, &before, host, progress)?;
         let target = TargetLight::of(picture, design, &requirements, &bench, host)?;
-        let scene = changed_bench(scene_of(&side.bench, design, host)?, Some(&block), ior, distance_mm)?;
+        let scene = changed_bench(scene_of(&side.bench, design, &before, host)?, Some(&block), ior, distance_mm)?;
         let examiner = Examiner::new(scene, Some(target.in_perfect_light()), pixels);
         let surface = surface_of(&block)?;
         let Requirements { ideal, perceived, .. } = requirements;
@@ -142,38 +145,6 @@ pub fn view_of(examiner: &Examiner, block: &Subject) -> Result<JudgedImage, Fail
     Ok(JudgedImage { metrics: compare(examiner, &image)?, image })
 }
 
-/// A block with another face.
-pub fn with_face(block: &Block, surface: &HeightField) -> Result<Block, Failure> {
-    let heights = surface.heights_mm();
-    block.clone().with_face((heights.nx(), heights.ny()), heights.as_slice().to_vec()).map_err(Failure::refused)
-}
-
 fn compare(examiner: &Examiner, image: &Image) -> Result<Metrics, Failure> {
     examiner.compare(image)?.ok_or_else(|| Failure::Usage("there is no picture to compare with".into()))
 }
-
-/// The exit face of a block as a height field in the block's own frame, which goes on smoothly
-/// beyond its outline.
-///
-/// # Errors
-/// An outline that is neither an ellipse nor a rectangle with round corners.
-pub fn surface_of(block: &Block) -> Result<HeightField, Failure> {
-    let (size, (nx, ny)) = (block.size_mm(), block.nodes());
-    let extent = Extent::new(size.x, size.y);
-    let heights = Field::from_vec(nx, ny, block.heights_mm().to_vec());
-    let Some(points) = block.outline() else { return Ok(HeightField::found(extent, Outline::Rectangle, heights)) };
-    let points: Vec<DVec2> = points.iter().map(|p| p.truncate()).collect();
-    let tolerance_mm = OUTLINE_TOLERANCE * extent.node_spacing(nx, ny).min_element();
-    let outline = Outline::through(&points, extent, tolerance_mm).ok_or_else(|| Failure::refused(UnknownOutline))?;
-    Ok(HeightField::found(extent, outline, heights).continued())
-}
-
-/// How far the points of a file may lie off the curve of an outline, in spacings of its nodes.
-const OUTLINE_TOLERANCE: f64 = 0.1;
-
-/// An outline that nobody made here.
-#[derive(Clone, Copy, Debug, thiserror::Error)]
-#[error(
-    "the outline of this block is neither an ellipse nor a rectangle with round corners, which checks and milling take; a verification takes any"
-)]
-struct UnknownOutline;

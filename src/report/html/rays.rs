@@ -41,8 +41,8 @@ impl RayFan {
                 ExitFace::Reflects => (exit, inside),
             };
             let start = match bench.light() {
-                Light::Point { position_mm, .. } => position_mm,
-                Light::Parallel { .. } => entry - outside * lead_mm,
+                Light::Point { position_mm, .. } if bench.known_faces().is_empty() => position_mm,
+                _ => entry - outside * lead_mm,
             };
             let ray = [start, entry, exit, landing];
             ray.iter().all(|point| point.is_finite()).then_some(ray)
@@ -97,6 +97,9 @@ fn are_apart(one: &[DVec3], other: &[DVec3], eye: DVec3) -> bool {
 
 /// How much of parallel light is shown before it meets the block, mm.
 fn lead_mm(model: &Model<'_>) -> f64 {
+    if let [.., before, entry] = model.bench.known_faces() {
+        return entry.z_mm - before.z_mm;
+    }
     (0.2 * model.bench.distance_mm()).max(0.4 * model.bench.block().as_vec().max_element()) - model.entry_z_mm
 }
 

@@ -21,11 +21,12 @@ use crate::{
     study::{
         bench::{drawn_bench, light_in_words},
         budget::BudgetStep,
+        face::surface_of,
         judge::{self, Examiner, Judgement, Subject},
         mill::{MillStep, MillStudy},
         stand::Stand,
         verdict::Verdict,
-        workpiece::{Workpiece, surface_of},
+        workpiece::Workpiece,
     },
     surface::HeightField,
 };

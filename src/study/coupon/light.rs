@@ -6,8 +6,8 @@ use crate::{
     failure::Failure,
     grid::Field,
     study::{
+        face::with_face,
         mill::{mill, polished},
-        workpiece::with_face,
     },
     surface::{HeightField, Polish},
 };
