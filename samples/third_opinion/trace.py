@@ -2,13 +2,14 @@
 
     python3 trace.py block.stl [--image light.exr] [--rays 6] [--write light.png]
 
-Reads block.toml beside the block and the picture that it names, follows light through the block, and prints how far the light is from
-the picture (the relative RMS that `glasswarp verify block.stl` states) and, with --image, from the image that
-`glasswarp verify block.stl -o light.exr` has written.
+Reads block.toml beside the block and the picture that it names, follows light through the blocks before it and through the block, and
+prints how far the light is from the picture (the relative RMS that `glasswarp verify block.stl` states) and, with --image, from the
+image that `glasswarp verify block.stl -o light.exr` has written.
 
 Between the vertices the face is a C2 bicubic spline: heights err with the fourth power of their spacing, slopes with the third.
-Landing points and the light that goes there are linear between rays, which errs with the square of their spacing.
-Not followed: light that another part of the face keeps away, partial reflection, lamps with a size, rough faces.
+Landing points and the light that goes there are linear between rays, which errs with the square of their spacing; where a later block
+cuts light off, with the spacing itself.
+Not followed: light that another part of a face keeps away, partial reflection, lamps with a size, rough faces.
 """
 
 import argparse
@@ -21,16 +22,18 @@ import files
 
 
 class Block:
-    """The exit face as docs/side-file.md describes it, and the vertices of the file on it."""
+    """A block as docs/side-file.md describes it: its planar entry face, and the exit face through the vertices of the file."""
 
-    def __init__(self, path, side):
-        self.bench, self.frame = side["bench"], side["frame"]
-        bench = self.bench
+    def __init__(self, path, side, gap=0.0):
+        self.side, self.frame = side, side["frame"]
+        bench = side["bench"]
+        self.mirror, self.ior, self.entry_z = bench["mirror"], bench["ior"], bench["entry-z-mm"]
+        self.before_z = self.entry_z - gap  # the mean exit plane of the block before, in the frame of this one
         self.half = 0.5 * np.array([bench["width-mm"], bench["height-mm"]]) + bench["skirt-mm"]
         self.corner = np.array(bench["corner-radius-mm"])
         vertices = files.stl(path) + self.frame["origin-mm"]
         thickness = self.frame["stock-thickness-mm"]
-        exit_side = vertices[:, 2] > bench["entry-z-mm"] + 1e-4 * thickness
+        exit_side = vertices[:, 2] > self.entry_z + 1e-4 * thickness
         if "rim-z-mm" in self.frame:
             exit_side &= abs(vertices[:, 2] - self.frame["rim-z-mm"]) > 1e-4 * thickness
         face = vertices[exit_side]
@@ -71,11 +74,41 @@ class Block:
         z, zx, zy = self.spline((at + self.half) / self.pitch)
         return z, np.stack([zx, zy], -1) / self.pitch
 
+    def enter(self, direction):
+        """Unit vectors behind the entry face."""
+        across = direction[..., :2] / self.ior
+        return np.concatenate([across, np.sqrt(1 - (across**2).sum(-1, keepdims=True))], -1)
+
+    def leave(self, direction, slopes):
+        """Unit vectors behind the exit face; not numbers where light is totally reflected."""
+        normal = np.concatenate([-slopes, np.ones(slopes.shape[:-1] + (1,))], -1)
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        along = (direction * normal).sum(-1, keepdims=True)
+        if self.mirror:
+            return direction - 2 * along * normal
+        across = self.ior * (direction - along * normal)
+        with np.errstate(invalid="ignore"):
+            return across + np.sqrt(1 - (across**2).sum(-1, keepdims=True)) * normal
+
+    def through(self, point, direction):
+        """Light from the block before: where it leaves this one, the unit vectors behind it, and whether it comes so far."""
+        entry = point + direction * ((self.entry_z - point[..., 2:]) / direction[..., 2:])
+        direction = self.enter(direction)
+        point = entry
+        for _ in range(10):  # Newton's method, on a face that goes on beyond its border with the slopes that it has there
+            within = np.clip(point[..., :2], -self.half, self.half)
+            z, slopes = self.surface(within)
+            above = z + (slopes * (point[..., :2] - within)).sum(-1) - point[..., 2]
+            climb = direction[..., 2] - (slopes * direction[..., :2]).sum(-1)
+            point = point + direction * (above / climb)[..., None]
+        return point, self.leave(direction, slopes), self.lets_in(point, entry)
+
     def lets_in(self, point, entry):
-        """Whether light comes to a point of the face by the entry face, and under the rim."""
+        """Whether a point lies on the exit face, and light comes to it by the entry face and under the rim."""
         reach = 0.5 * np.array([self.frame["stock-width-mm"], self.frame["stock-height-mm"]]) + 1e-9
         rim = self.frame.get("rim-width-mm", 0.0)
         inside = rounded(entry[..., :2], reach, self.corner + rim if self.corner.any() else self.corner)
+        inside &= rounded(point[..., :2], self.half + 1e-9, self.corner)
         if not rim:
             return inside
         # Where the way back crosses the border of the exit face, it must be below the rim.
@@ -155,7 +188,7 @@ class Spline:
 
     def __call__(self, at):
         n = np.array(self.z.shape[::-1])
-        cell = np.clip(at.astype(int), 0, n - 2)
+        cell = np.clip(np.nan_to_num(at), 0, n - 2).astype(int)
         i, j = cell[..., 0], cell[..., 1]
         t = at - cell
 
@@ -180,30 +213,33 @@ class Spline:
 
 
 class Light:
-    """The light of a bench: which ray meets a point of the face, and how much light it brings to a unit of the face's plan."""
+    """The light of the last block's bench in the frame of the first: which ray meets a point of its face, and how much light it brings
+    to a unit of the face's plan."""
 
-    def __init__(self, side, folder):
-        bench = self.bench = side["bench"]
-        self.mirror, self.ior = bench["mirror"], bench["ior"]
+    def __init__(self, row, folder):
+        first, side = row[0], row[-1].side
+        bench = side["bench"]
+        self.first, self.bench = first, bench
+        first_z = sum(block.before_z for block in row[1:])
         self.direction = np.array(bench["light-direction"])
-        self.source = np.array(bench["source-mm"]) if "source-mm" in bench else None
-        self.plane = 0.0 if self.mirror else bench["entry-z-mm"]
+        self.source = bench["source-mm"] - np.array([0, 0, first_z]) if "source-mm" in bench else None
+        self.plane = 0.0 if first.mirror else first.entry_z
         beam = side["design"].get("beam")
         self.beam = files.picture(folder / beam, "linear") if beam else None
 
     def at(self, point):
         """Direction at the point, where the ray enters (of a mirror the point), irradiance times Jacobian."""
-        if self.mirror:
+        if self.first.mirror:
             direction = self.in_air(point)
             return direction, point, self.irradiance(point)
         if self.source is None:
             direction = np.broadcast_to(self.direction, point.shape)
-            inside = self.refracted_in(direction)
+            inside = self.first.enter(direction)
             entry = point - inside * ((point[..., 2:] - self.plane) / inside[..., 2:])
             return inside, entry, self.irradiance(entry)
         aside = point[..., :2] - self.source[:2]
         rho = np.hypot(*np.moveaxis(aside, -1, 0))
-        air, glass, n = self.plane - self.source[2], point[..., 2] - self.plane, self.ior
+        air, glass, n = self.plane - self.source[2], point[..., 2] - self.plane, self.first.ior
         # The share of the way aside that is made in air, by Newton's method on Snell's law.
         share = n * air / (n * air + glass)
         for _ in range(20):
@@ -214,17 +250,13 @@ class Light:
         a, b = np.hypot(share * rho, air), np.hypot((1 - share) * rho, glass)
         by_air, by_glass = air**2 / a**3, n * glass**2 / b**3
         jacobian = share * by_glass / (by_air + by_glass)
-        return self.refracted_in(self.in_air(entry)), entry, self.irradiance(entry) * jacobian
+        return self.first.enter(self.in_air(entry)), entry, self.irradiance(entry) * jacobian
 
     def in_air(self, at):
         if self.source is None:
             return np.broadcast_to(self.direction, at.shape)
         ray = at - self.source
         return ray / np.linalg.norm(ray, axis=-1, keepdims=True)
-
-    def refracted_in(self, u):
-        across = u[..., :2] / self.ior
-        return np.concatenate([across, np.sqrt(1 - (across**2).sum(-1, keepdims=True))], -1)
 
     def irradiance(self, at):
         """Of a plane z = const in air."""
@@ -242,7 +274,7 @@ class Light:
         return self.intensity(angle) * abs(direction[..., 2]) / ((at - self.source) ** 2).sum(-1)
 
     def intensity(self, angle):
-        kind = self.bench["emission"]
+        kind = self.bench.get("emission", "isotropic")
         if kind == "isotropic":
             return np.ones_like(angle)
         if kind == "lambertian":
@@ -276,31 +308,23 @@ def rotation(vector):
     return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
 
 
-def leave(direction, slopes, mirror, ior):
-    """Unit vectors behind the face; not numbers where light is totally reflected."""
-    normal = np.concatenate([-slopes, np.ones(slopes.shape[:-1] + (1,))], -1)
-    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    along = (direction * normal).sum(-1, keepdims=True)
-    if mirror:
-        return direction - 2 * along * normal
-    across = ior * (direction - along * normal)
-    with np.errstate(invalid="ignore"):
-        return across + np.sqrt(1 - (across**2).sum(-1, keepdims=True)) * normal
-
-
-def image_of(block, light, pixels, rays):
-    """Irradiance on the window, in the order of pictures, and the share of the light that falls beside it or is lost."""
-    bench = block.bench
+def image_of(row, light, pixels, rays):
+    """Irradiance on the window, in the order of pictures."""
+    bench = light.bench
+    first, *later = row
     nx, ny = pixels
-    plan = block.lattice(max(rays * nx, block.n[0] - 1), max(rays * ny, block.n[1] - 1))
-    z, slopes = block.surface(plan)
+    plan = first.lattice(max(rays * nx, first.n[0] - 1), max(rays * ny, first.n[1] - 1))
+    z, slopes = first.surface(plan)
     point = np.concatenate([plan, z[..., None]], -1)
     direction, entry, brings = light.at(point)
     flux = brings * (1 - (direction[..., :2] / direction[..., 2:] * slopes).sum(-1))
-    if not light.mirror:
-        flux = np.where(block.lets_in(point, entry), flux, 0)
+    if not first.mirror:
+        flux = np.where(first.lets_in(point, entry), flux, 0)
     flux = np.maximum(flux, 0)
-    onwards = leave(direction, slopes, light.mirror, light.ior)
+    onwards = first.leave(direction, slopes)
+    for block in later:
+        point, onwards, arrives = block.through(point + [0, 0, block.before_z], onwards)
+        flux = np.where(arrives, flux, 0)
     turned = rotation(bench["receiver-turned"])
     centre, normal = np.array([0, 0, bench["distance-mm"]]), turned[:, 2]
     way = ((centre - point) @ normal / (onwards @ normal))[..., None]
@@ -380,6 +404,15 @@ def cut_at(segments, axis, line):
     return first, second
 
 
+def row_up_to(path):
+    """The blocks that light goes through up to this one, in that order."""
+    side = tomllib.loads(path.with_suffix(".toml").read_text(encoding="utf-8"))
+    if "behind" not in side["design"]:
+        return [Block(path, side)]
+    before, gap = side["design"]["behind"].rsplit(",", 1)
+    return [*row_up_to(path.parent / before), Block(path, side, float(gap.removesuffix("mm")))]
+
+
 def wanted(side, folder):
     """The picture as light, framed, with its constant; mean 1."""
     design = side["design"]
@@ -407,15 +440,15 @@ def main():
     parser.add_argument("--rays", type=int, default=6, help="rays per pixel along each side")
     parser.add_argument("--write", type=pathlib.Path, help="write the light as a linear 16-bit PNG")
     asked = parser.parse_args()
-    path = asked.block.with_suffix(".toml")
-    side = tomllib.loads(path.read_text(encoding="utf-8"))
+    row = row_up_to(asked.block)
+    side, folder = row[-1].side, asked.block.parent
     spread_light, edits = ("source-size", "roughness", "psf"), ("background", "layer", "crop", "rotate", "flip", "levels", "invert")
     for name in (*spread_light, *edits):
-        if name in side["design"]:
-            raise SystemExit(f"{path}: {name} is not followed here")
-    target = wanted(side, path.parent)
+        if side["design"].get(name, "none") != "none":
+            raise SystemExit(f"{asked.block}: {name} is not followed here")
+    target = wanted(side, folder)
     rows, columns = target.shape
-    image = image_of(Block(asked.block, side), Light(side, path.parent), (columns, rows), asked.rays)
+    image = image_of(row, Light(row, folder), (columns, rows), asked.rays)
     image /= image.mean()
     print(f"relative RMS from the picture {np.sqrt(np.mean((image - target) ** 2)):.6f}")
     if asked.image:
