@@ -13,7 +13,7 @@ use std::{
 use toml::Table;
 
 /// Commands that together write every key.
-const COMMANDS: [&str; 10] = [
+const COMMANDS: [&str; 11] = [
     "design chiral.png -o a.stl --height-map a.exr --tilt 10deg --receiver-tilt 10deg,90deg --shift 5mm,0mm --window 65mm --rim 8mm,-4mm --mark 4mm --origin corner --material pmma --wavelength 532nm --step-tolerance 0.5 --min-thickness 4mm --skirt 3mm",
     "design chiral.png -o b.stl --source-distance 200mm --emission lamp.ies",
     "design chiral.png -o c.stl --source-distance 200mm --emission gaussian:20deg --source-size 1mm --roughness 0.02deg --psf speck.png,0.2mm --deconvolution window --deconvolution-rounds 2",
@@ -23,6 +23,7 @@ const COMMANDS: [&str; 10] = [
     "design chiral.png -o g.stl --solver warping --caustic-mesh mesh.obj",
     "design chiral.png -o h.stl",
     "design layers.exr -o i.stl --layer ViewLayer.DiffCol --background white --crop 10%,10%,80%,80% --rotate 90deg --flip horizontal --levels 0.1,0.9,1.1 --invert",
+    "design chiral.png -o j.stl --behind h.stl,30mm",
     "mill h.stl --cutter ball:3mm --step-over 0.3mm --polish 0.3mm -o milled.stl",
 ];
 
