@@ -3,6 +3,7 @@
 
 use super::{
     machine::{Machine, read_bare_mesh, read_mesh},
+    outputs,
     side_files::{self, file_name, hash_of},
 };
 use crate::{
@@ -110,6 +111,34 @@ struct Made {
 /// Which of the outputs is judged: the first STL, or without one the first.
 pub(crate) fn first(outputs: &[PathBuf]) -> usize {
     outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0)
+}
+
+/// Writes the files of a block that was designed within this process, as `glasswarp design` writes
+/// them, with their side files. In height maps a `tip` is where a cutter goes. Files of others are
+/// replaced with `force` only. Returns what there is to say of them.
+///
+/// # Errors
+/// A format that is none or cannot hold the block, an output that would replace an input or a file
+/// of somebody's own, a disk that takes none.
+pub fn save(
+    plan: &Plan,
+    block: &DesignedBlock,
+    outputs: &[PathBuf],
+    tip: Option<Cutter>,
+    force: bool,
+) -> Result<Vec<String>, Failure> {
+    for output in outputs {
+        if HeightMapFormat::from_path(output).is_err() {
+            Format::from_path(output).map_err(Failure::refused)?;
+        }
+    }
+    let derived = derived(outputs, &plan.settings, (false, false));
+    let inputs = plan.settings.files().chain([plan.picture.as_path()]);
+    let _turn = outputs::turn();
+    outputs::force(force);
+    outputs::plan(inputs, outputs.iter().cloned().chain(derived))?;
+    let task = Task { plan, block, outputs, tip, verified: false };
+    make(&task, first(outputs), |_| ()).map(|(files, ())| files.notes)
 }
 
 /// Writes every file and the side files, and reads back what is judged. Meanwhile the `first` of

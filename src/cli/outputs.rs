@@ -5,8 +5,17 @@ use crate::failure::Failure;
 use glasswarp_files::{Plan, PlanError};
 use std::{
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
+
+/// Waits until no other command of this process is at work: a plan holds for all of it.
+pub(super) fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 static FORCE: AtomicBool = AtomicBool::new(false);
 

@@ -99,4 +99,4 @@ pub use scene::{
     BeamProfile, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError, SourceExtent, Surface,
     Traversal, Window,
 };
-pub use trace::{End, RayPath, Tracer};
+pub use trace::{End, RayEnd, RayExit, RayPath, RayTracer, Tracer};

@@ -5,6 +5,7 @@ mod block;
 mod facets;
 mod illumination;
 mod path;
+mod rays;
 mod receiver;
 mod reentry;
 mod refraction;
@@ -12,5 +13,6 @@ mod solid;
 mod tracer;
 
 pub(crate) use block::{FromFacet, Row};
-pub use path::{End, RayPath};
+pub use path::{End, RayEnd, RayExit, RayPath};
+pub use rays::RayTracer;
 pub use tracer::Tracer;
