@@ -9,7 +9,8 @@ import json
 import pathlib
 import sys
 import textwrap
-from typing import Any, Iterable
+from collections.abc import Iterable
+from typing import Any
 
 from glasswarp import _listed
 
@@ -108,20 +109,28 @@ def keywords_file() -> str:
     parts.append("\n\n" + keywords("Settings", "Everything that shapes a block.", bench))
     more = [option for option in _listed.settings().options if option.flag == "ignore-memory"]
     head = "class DesignOptions(Settings, total=False):"
-    parts.append("\n\n" + keywords("DesignOptions", "The keywords of design.", more).replace(
-        "class DesignOptions(TypedDict, total=False):", head))
+    parts.append(
+        "\n\n"
+        + keywords("DesignOptions", "The keywords of design.", more).replace(
+            "class DesignOptions(TypedDict, total=False):", head
+        )
+    )
     for name, command in commands.items():
         if name == "design" or not command.options or CALLS[name] != name:
             continue
         about = f"The keywords of {CALLS[name]}: `glasswarp {' '.join(command.words)}`."
-        own = {of: [option for option in command.options if call(name, option) == of] for of in (name, "photons", "program")}
+        own = {
+            of: [option for option in command.options if call(name, option) == of] for of in (name, "photons", "program")
+        }
         parts.append("\n\n" + keywords(f"{name.title()}Options", about, own[name]))
         for of in ("photons", "program"):
             # The tally is no keyword there.
             more = [option for option in own[of] if option.flag != "tally"]
             if more:
                 kind = f"{of.title()}Options"
-                parts.append("\n\n" + keywords(kind, f"The keywords of {of}.", more).replace("(TypedDict", "(VerifyOptions"))
+                parts.append(
+                    "\n\n" + keywords(kind, f"The keywords of {of}.", more).replace("(TypedDict", "(VerifyOptions")
+                )
     return "".join(parts)
 
 
@@ -172,7 +181,15 @@ def table() -> str:
     lines = []
     for name, command in _listed.commands().items():
         words = " ".join(command.words)
-        lines += ["", f"### `glasswarp {words}`", "", f"{command.about}.", "", "| option | in Python | default |", "|---|---|---|"]
+        lines += [
+            "",
+            f"### `glasswarp {words}`",
+            "",
+            f"{command.about}.",
+            "",
+            "| option | in Python | default |",
+            "|---|---|---|",
+        ]
         if command.positionals:
             shown = ", ".join(command.positionals)
             first = "design" if name == "design" else CALLS[name]

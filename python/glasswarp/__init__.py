@@ -14,6 +14,10 @@ Everything may be called from several threads. Calls leave the interpreter free;
 all cores. Everything that is returned can be pickled and copied.
 """
 
+import atexit as _atexit
+
+from . import _glasswarp
+from ._batch import Task, batch, grid, merge_shards, photon_shards, tolerance_grid
 from ._bench import Bench
 from ._block import Block, Level, Summary, design
 from ._commands import (
@@ -46,6 +50,8 @@ from ._errors import (
 from ._glasswarp import VERSION as __version__
 from ._rays import LEFT, LOST, MISSED, TRAPPED, Rays, normals_to_heights, trace
 
+_atexit.register(_glasswarp.tidy)
+
 __all__ = [
     "LEFT",
     "LOST",
@@ -64,23 +70,29 @@ __all__ = [
     "Rays",
     "Summary",
     "Swept",
+    "Task",
     "UnknownSetting",
     "__version__",
+    "batch",
     "check",
     "command",
     "coupon",
     "crosscheck",
     "design",
+    "grid",
     "materials",
     "merge",
+    "merge_shards",
     "mill",
     "normals_to_heights",
+    "photon_shards",
     "photons",
     "presets",
     "preview",
     "program",
     "ready",
     "sweep",
+    "tolerance_grid",
     "trace",
     "verify",
 ]

@@ -8,8 +8,9 @@ import os
 import pathlib
 import tempfile
 import threading
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Mapping, Optional, Sequence, Union
+from typing import TYPE_CHECKING, Any, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -24,8 +25,8 @@ from ._record import Record, of_dict
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from ._keywords import DesignOptions, VerifyOptions
     from ._commands import Found
+    from ._keywords import DesignOptions, VerifyOptions
 
 
 @dataclass(frozen=True)
@@ -211,7 +212,7 @@ class Block:
         return hash(json.dumps(self._described, sort_keys=True))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return (_restored, self._made.state())
+        return (_restored, (self._made.state(),))
 
     def __copy__(self) -> Block:
         return self
@@ -225,8 +226,8 @@ class Block:
 PROGRAMS = (".ngc", ".nc", ".tap", ".gcode", ".cnc")
 
 
-def _restored(*state: Any) -> Block:
-    return Block(_glasswarp.restore(*state))
+def _restored(state: Any) -> Block:
+    return Block(_glasswarp.restore(state))
 
 
 def light_of(picture: Union[npt.ArrayLike, Sequence[Sequence[float]]]) -> Light:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from typing import Any, Mapping, Optional, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, Optional
 
 
 class GlasswarpError(Exception):
@@ -134,7 +135,7 @@ def with_given(error: GlasswarpError, given: Mapping[str, Any]) -> GlasswarpErro
         if quoted or (error.setting is not None and bare(keyword) == bare(error.setting)):
             before = f"{error.setting}: "
             if error.message.startswith(before):
-                error.message = f"{keyword}: {error.message[len(before):]}"
+                error.message = f"{keyword}: {error.message[len(before) :]}"
             error.setting, error.value = keyword, value
             break
     return error

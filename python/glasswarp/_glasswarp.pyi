@@ -1,15 +1,14 @@
 """The extension module: it computes, the package around it gives it its shape."""
 
 import os
-from typing import Callable, Optional, Sequence, Union, final
+from collections.abc import Sequence
+from typing import Callable, Optional, Union, final
 
 import numpy as np
 import numpy.typing as npt
 
 _Light = npt.NDArray[np.float64]
-_Told = tuple[
-    list[tuple[str, int, int, str, list[tuple[float, float, float, int]], float]], list[str], list[str]
-]
+_Told = tuple[list[tuple[str, int, int, str, list[tuple[float, float, float, int]], float]], list[str], list[str]]
 _Listener = Callable[[str, int, int], object]
 _State = tuple[
     list[str],
@@ -24,6 +23,7 @@ _State = tuple[
 VERSION: str
 
 def main(words: Sequence[str]) -> int: ...
+def tidy() -> None: ...
 def ask(words: Sequence[str], progress: Optional[_Listener] = None) -> tuple[str, list[tuple[str, _Light]]]: ...
 def listed() -> str: ...
 def bench(words: Sequence[str]) -> str: ...
@@ -33,15 +33,7 @@ def design(
     light: Optional[_Light] = None,
     progress: Optional[_Listener] = None,
 ) -> Design: ...
-def restore(
-    words: Sequence[str],
-    named: Union[str, os.PathLike[str]],
-    kept: Sequence[tuple[Union[str, os.PathLike[str]], bytes]],
-    heights: npt.NDArray[np.float64],
-    lights: Sequence[_Light],
-    told: _Told,
-    seconds: float,
-) -> Design: ...
+def restore(kept: _State) -> Design: ...
 def heights(
     along_x: npt.NDArray[np.float64], along_y: npt.NDArray[np.float64], size_mm: tuple[float, float]
 ) -> npt.NDArray[np.float64]: ...

@@ -8,8 +8,9 @@ import json
 import keyword as reserved
 import operator
 import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Iterable, Mapping, Optional
+from typing import Any, Optional
 
 from . import _glasswarp
 from ._errors import BadInput, UnknownSetting
@@ -93,11 +94,14 @@ def commands() -> Mapping[str, Command]:
         words = (*before, listed["name"])
         of_design = listed["name"] in ("design", "preview")
         flags = [one for one in listed["arguments"] if one["flag"] and one["flag"] not in NOT_KEYWORDS]
-        yield listed["name"], Command(
-            words=words,
-            about=listed["about"] or "",
-            positionals=tuple(one["name"] for one in listed["arguments"] if not one["flag"]),
-            options=tuple(option(one, of_design) for one in [*flags, *everywhere]),
+        yield (
+            listed["name"],
+            Command(
+                words=words,
+                about=listed["about"] or "",
+                positionals=tuple(one["name"] for one in listed["arguments"] if not one["flag"]),
+                options=tuple(option(one, of_design) for one in [*flags, *everywhere]),
+            ),
         )
         for one in listed["commands"]:
             yield from command(one, words)

@@ -6,11 +6,10 @@ import dataclasses
 import html
 import sys
 import typing
-from typing import Any, Mapping, TypeVar
+from collections.abc import Mapping
+from typing import Any, TypeVar
 
 from ._errors import in_keywords
-
-
 
 _Kind = TypeVar("_Kind", bound="Record")
 
@@ -35,7 +34,8 @@ def _rows(record: Record, before: str) -> typing.Iterator[str]:
             yield from _rows(value, name + ".")
         elif value is not None and not (isinstance(value, tuple) and not value):
             shown = f"{value:.6g}" if isinstance(value, float) else str(value)
-            yield f"<tr><th style='text-align:left'>{html.escape(name)}</th><td style='text-align:left'>{html.escape(shown)}</td></tr>"
+            cells = "".join(f"<td style='text-align:left'>{html.escape(text)}</td>" for text in (name, shown))
+            yield f"<tr>{cells}</tr>"
 
 
 _KINDS: dict[type, Mapping[str, Any]] = {}

@@ -41,7 +41,7 @@ pub(crate) fn ask<'py>(
     words: Vec<OsString>,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<(String, Vec<Light<'py>>)> {
-    let (document, lights) = work::done(py, progress.as_ref(), |watch| {
+    let (document, lights) = work::done(py, progress.as_ref(), move |watch| {
         let caller = Arc::new(Caller { watch, lights: Mutex::default() });
         let document = cli::ask(words, Arc::clone(&caller) as Arc<dyn cli::Caller>);
         (document, std::mem::take(&mut *caller.lights.lock().unwrap_or_else(PoisonError::into_inner)))

@@ -3,8 +3,7 @@
 use crate::{arrays, fault, work};
 use clap::{Args as _, FromArgMatches as _};
 use glasswarp::{
-    cli::{self, Machine},
-    export::write_atomically,
+    cli::{self, Machine, Saving},
     fabricate::Cutter,
     failure::Failure,
     grid::Field,
@@ -31,7 +30,7 @@ use std::{
     collections::BTreeMap,
     fs, io,
     path::{Path, PathBuf},
-    sync::{Mutex, PoisonError, RwLock},
+    sync::{Arc, Mutex, PoisonError, RwLock},
     time::{Duration, Instant},
 };
 
@@ -94,6 +93,11 @@ fn broken(error: impl ToString) -> PyErr {
 /// A block that was designed, in memory.
 #[pyclass(frozen, module = "glasswarp._glasswarp")]
 pub(crate) struct Design {
+    made: Arc<Made>,
+}
+
+/// What it is made of; work that goes on shares it.
+struct Made {
     /// What it was asked with.
     words: Vec<String>,
     named: PathBuf,
@@ -124,6 +128,19 @@ type State<'py> = (
     f64,
 );
 
+/// The same as Python gives it back.
+type Kept<'py> = (
+    Vec<String>,
+    PathBuf,
+    Vec<(PathBuf, Vec<u8>)>,
+    PyReadonlyArray2<'py, f64>,
+    Vec<PyReadonlyArray2<'py, f64>>,
+    Told,
+    f64,
+);
+/// Vertices and triangles.
+type Corners<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
+
 /// Designs a block. `words` are flags of `glasswarp design`, `named` is a picture or a design file,
 /// or `light` the light itself, with the top row first.
 #[pyfunction]
@@ -138,13 +155,12 @@ pub(crate) fn design<'py>(
     let (flags, ignores_memory) = asked(&words).map_err(|error| fault::misused(py, &error))?;
     let named = named.unwrap_or_else(|| LIGHT.into());
     let light = match &light {
-        Some(light) => Some((light.shape()[1], light.shape()[0], light.as_slice()?)),
+        Some(light) => Some(Image::new(light.shape()[1], light.shape()[0], light.as_slice()?.to_vec())),
         None => None,
     };
-    let made = work::done(py, progress.as_ref(), |watch| -> Result<_, Failure> {
+    let made = work::done(py, progress.as_ref(), move |watch| -> Result<_, Failure> {
         let mut kept = BTreeMap::new();
-        if let Some((nx, ny, values)) = light {
-            let image = Image::new(nx, ny, values.to_vec());
+        if let Some(image) = light {
             kept.insert(named.clone(), image_file::exr_bytes(&named, &image).map_err(Failure::writing)?);
         }
         let desk = Desk::with(kept);
@@ -155,23 +171,15 @@ pub(crate) fn design<'py>(
         let block = plan.design(&*watch)?;
         let warnings = desk.warnings();
         let (kept, plan) = (desk.kept(), RwLock::new(plan));
-        Ok(Design { words, named, kept, plan, picture, block, solved: began.elapsed(), warnings })
+        Ok(Made { words, named, kept, plan, picture, block, solved: began.elapsed(), warnings })
     })?;
-    made.map_err(|failure| fault::raised(py, &failure))
+    made.map(Design::of).map_err(|failure| fault::raised(py, &failure))
 }
 
 /// A design from what [`Design::state`] gave: the same to the last bit.
 #[pyfunction]
-pub(crate) fn restore<'py>(
-    py: Python<'py>,
-    words: Vec<String>,
-    named: PathBuf,
-    kept: Vec<(PathBuf, Vec<u8>)>,
-    heights: PyReadonlyArray2<'py, f64>,
-    lights: Vec<PyReadonlyArray2<'py, f64>>,
-    told: Told,
-    seconds: f64,
-) -> PyResult<Design> {
+pub(crate) fn restore<'py>(py: Python<'py>, kept: Kept<'py>) -> PyResult<Design> {
+    let (words, named, kept, heights, lights, told, seconds) = kept;
     let (flags, _) = asked(&words).map_err(|error| fault::misused(py, &error))?;
     let field = |array: &PyReadonlyArray2<'py, f64>| -> PyResult<Field<f64>> {
         Ok(Field::from_vec(array.shape()[1], array.shape()[0], array.as_slice()?.to_vec()))
@@ -182,7 +190,7 @@ pub(crate) fn restore<'py>(
     }
     let lights = lights.iter().map(field).collect::<PyResult<Vec<_>>>()?;
     let summary = summary_of(told).map_err(|what| fault::refused(py, what))?;
-    let made = work::done(py, None, |watch| -> Result<_, Failure> {
+    let made = work::done(py, None, move |watch| -> Result<_, Failure> {
         let desk = Desk::with(kept.into_iter().collect());
         let (settings, picture) = spec::settings(&named, &flags, &desk)?;
         let plan = Plan::new(picture.clone(), settings, &desk, &*watch)?;
@@ -192,21 +200,17 @@ pub(crate) fn restore<'py>(
         let block = plan.close(Solution::new(face, summary).with_light(lights))?;
         let (kept, plan) = (desk.kept(), RwLock::new(plan));
         let solved = Duration::from_secs_f64(seconds.max(0.0));
-        Ok(Design { words, named, kept, plan, picture, block, solved, warnings: Vec::new() })
+        Ok(Made { words, named, kept, plan, picture, block, solved, warnings: Vec::new() })
     })?;
-    made.map_err(|failure| fault::raised(py, &failure))
+    made.map(Design::of).map_err(|failure| fault::raised(py, &failure))
 }
 
 fn summary_of((levels, notes, warnings): Told) -> Result<Summary, String> {
     let known = [Termination::Converged, Termination::IterationLimit, Termination::Stalled, Termination::Cancelled];
     let level = |(stage, nx, ny, ended, iterations, seconds): (String, usize, usize, String, Vec<_>, f64)| {
         let termination = known.into_iter().find(|one| one.to_string() == ended);
-        let iteration = |(objective, gradient_norm, step, evaluations)| Iteration {
-            objective,
-            gradient_norm,
-            step,
-            evaluations,
-        };
+        let iteration =
+            |(objective, gradient_norm, step, evaluations)| Iteration { objective, gradient_norm, step, evaluations };
         Ok(Level {
             stage,
             nx,
@@ -221,26 +225,28 @@ fn summary_of((levels, notes, warnings): Told) -> Result<Summary, String> {
 }
 
 impl Design {
+    fn of(made: Made) -> Self {
+        Self { made: Arc::new(made) }
+    }
+}
+
+impl Made {
     fn plan(&self) -> std::sync::RwLockReadGuard<'_, Plan> {
         self.plan.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Lets the picture lie where the files of the block can name it: where it was, if it is still
-    /// there, or else beside them.
-    fn place_picture(&self, plan: &mut Plan, beside: &Path) -> Result<Option<PathBuf>, Failure> {
-        let Some(bytes) = self.kept.get(&self.picture) else { return Ok(None) };
-        if fs::read(&self.picture).is_ok_and(|found| found == *bytes) {
+    /// Lets the picture lie where files of the block can name it: where it was, if it is still there,
+    /// or else beside `first` of them. Returns its bytes if they have to be written.
+    fn place_picture(&self, plan: &mut Plan, first: &Path) -> Option<&[u8]> {
+        let bytes = self.kept.get(&self.picture)?;
+        let is_there = |path: &Path| fs::read(path).is_ok_and(|found| found == *bytes);
+        if is_there(&self.picture) {
             plan.picture.clone_from(&self.picture);
-            return Ok(None);
+            return None;
         }
-        let own = [beside.file_stem(), self.picture.file_name()].map(|name| name.unwrap_or_default().to_string_lossy());
-        plan.picture = beside.with_file_name(own.join("."));
-        if fs::read(&plan.picture).is_ok_and(|found| found == *bytes) {
-            return Ok(None);
-        }
-        let is_new = !plan.picture.exists();
-        write_atomically(&plan.picture, |out| io::Write::write_all(out, bytes)).map_err(Failure::writing)?;
-        Ok(is_new.then(|| plan.picture.clone()))
+        let own = [first.file_stem(), self.picture.file_name()].map(|name| name.unwrap_or_default().to_string_lossy());
+        plan.picture = first.with_file_name(own.join("."));
+        (!is_there(&plan.picture)).then_some(bytes)
     }
 }
 
@@ -249,27 +255,27 @@ impl Design {
     /// Heights of the exit face at its nodes, mm: `heights[j, i]`, j along +y, i along +x. It
     /// belongs to the design, and cannot be written to.
     fn heights<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        arrays::lent(slf, |design| design.block.surface.heights_mm())
+        arrays::lent(slf, |design| design.made.block.surface.heights_mm())
     }
 
     /// The light as the solver sees it, top row first; none from solvers that do not look.
     fn predicted<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        self.block.light.first().map(|light| picture(py, light)).transpose()
+        self.made.block.light.first().map(|light| picture(py, light)).transpose()
     }
 
     /// The light that is wanted, top row first, mean 1.
     fn target<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        picture(py, self.plan().target.cells())
+        picture(py, self.made.plan().target.cells())
     }
 
     /// Block, bench and settings as JSON, as documents of the command have them.
     fn described(&self) -> PyResult<String> {
-        let plan = self.plan();
+        let plan = self.made.plan();
         let described = json!({
-            "block": plan.document(&self.block),
-            "bench": bench_document(&plan.scene, self.block.solid.entry_z_mm()),
+            "block": plan.document(&self.made.block),
+            "bench": bench_document(&plan.scene, self.made.block.solid.entry_z_mm()),
             "settings": plan.settings,
-            "picture": self.picture,
+            "picture": self.made.picture,
             "solver": plan.solver.to_string(),
         });
         serde_json::to_string(&described).map_err(broken)
@@ -279,7 +285,7 @@ impl Design {
     /// objective, norm of the gradient, step, evaluations; seconds), notes, warnings.
     fn told(&self) -> Told {
         let iteration = |one: &Iteration| (one.objective, one.gradient_norm, one.step, one.evaluations);
-        let Summary { levels, notes, warnings } = &self.block.summary;
+        let Summary { levels, notes, warnings } = &self.made.block.summary;
         let level = |level: &Level| {
             let iterations = level.iterations.iter().map(iteration).collect();
             let ended = level.termination.to_string();
@@ -290,17 +296,18 @@ impl Design {
 
     /// What was warned of besides.
     fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        self.made.warnings.clone()
     }
 
     /// Seconds that the solver took.
     fn seconds(&self) -> f64 {
-        self.solved.as_secs_f64()
+        self.made.solved.as_secs_f64()
     }
 
     /// The closed solid in the frame of the bench: vertices, mm, and triangles that face outwards.
-    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>)> {
-        let mesh = work::done(py, None, |_| mesh_of(&self.block.solid, None))?;
+    fn mesh<'py>(&self, py: Python<'py>) -> PyResult<Corners<'py>> {
+        let made = Arc::clone(&self.made);
+        let mesh = work::done(py, None, move |_| mesh_of(&made.block.solid, None))?;
         let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
         let corners = mesh.vertices.iter().flat_map(|vertex| vertex.to_array()).collect();
         let triangles =
@@ -317,30 +324,29 @@ impl Design {
         };
         let cutter = cutter.map(|cutter| cutter.parse::<Cutter>()).transpose();
         let cutter = cutter.map_err(|error| fault::refused(py, error.to_string()))?;
-        let saved = work::done(py, None, |_| {
-            let mut plan = self.plan.write().unwrap_or_else(PoisonError::into_inner);
-            let new = self.place_picture(&mut plan, first)?;
-            let saved = cli::save(&plan, &self.block, &outputs, cutter, force);
-            if let (Err(_), Some(new)) = (&saved, new) {
-                let _ = fs::remove_file(new);
-            }
-            saved
+        let (made, first) = (Arc::clone(&self.made), first.clone());
+        let saved = work::done(py, None, move |watch| {
+            let mut plan = made.plan.write().unwrap_or_else(PoisonError::into_inner);
+            let picture = made.place_picture(&mut plan, &first);
+            let saving = Saving { outputs: &outputs, tip: cutter, picture, force };
+            cli::save(&plan, &made.block, &saving, move || watch.goes_on())
         })?;
         saved.map_err(|failure| fault::raised(py, &failure))
     }
 
     /// The report, a page of HTML: pictures, figures and the model that turns.
     fn report(&self, py: Python<'_>, title: String) -> PyResult<String> {
-        work::done(py, None, |_| {
-            let (plan, block) = (self.plan(), &self.block);
-            let bytes = self.kept.get(&self.picture).map_or(&[][..], Vec::as_slice);
+        let made = Arc::clone(&self.made);
+        work::done(py, None, move |_| {
+            let (plan, block) = (made.plan(), &made.block);
+            let bytes = made.kept.get(&made.picture).map_or(&[][..], Vec::as_slice);
             let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-            let words = ["glasswarp", "design", &self.named.to_string_lossy()].map(str::to_owned);
-            let words: Vec<String> = words.into_iter().chain(self.words.iter().cloned()).collect();
+            let words = ["glasswarp", "design", &made.named.to_string_lossy()].map(str::to_owned);
+            let words: Vec<String> = words.into_iter().chain(made.words.iter().cloned()).collect();
             let page = DesignPage {
                 plan: &plan,
                 title,
-                picture: (self.picture.to_string_lossy().into_owned(), sha256),
+                picture: (made.picture.to_string_lossy().into_owned(), sha256),
                 files: Vec::new(),
                 command: shlex::try_join(words.iter().map(String::as_str)).unwrap_or_else(|_| words.join(" ")),
                 block,
@@ -349,7 +355,7 @@ impl Design {
                 verdict: &plan.unverified(),
                 in_flags: str::to_owned,
                 notes: &[],
-                solved: self.solved,
+                solved: made.solved,
             };
             page.html()
         })
@@ -358,18 +364,11 @@ impl Design {
     /// Everything that [`restore`] makes the same design of.
     fn state<'py>(slf: &Bound<'py, Self>) -> PyResult<State<'py>> {
         let (py, design) = (slf.py(), slf.get());
-        let kept = design.kept.iter().map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes))).collect();
+        let made = &design.made;
+        let kept = made.kept.iter().map(|(path, bytes)| (path.clone(), PyBytes::new(py, bytes))).collect();
         let light = |field: &Field<f64>| arrays::taken(py, (field.nx(), field.ny()), field.as_slice().to_vec());
-        let lights = design.block.light.iter().map(light).collect::<PyResult<_>>()?;
-        Ok((
-            design.words.clone(),
-            design.named.clone(),
-            kept,
-            Self::heights(slf)?,
-            lights,
-            design.told(),
-            design.seconds(),
-        ))
+        let lights = made.block.light.iter().map(light).collect::<PyResult<_>>()?;
+        Ok((made.words.clone(), made.named.clone(), kept, Self::heights(slf)?, lights, design.told(), design.seconds()))
     }
 }
 

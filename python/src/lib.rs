@@ -24,10 +24,17 @@ mod _glasswarp {
         main,
         rays::trace,
         slopes::heights,
+        tidy,
     };
 
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
+}
+
+/// Removes what is half-written, when the interpreter ends while work that nobody waits for goes on.
+#[pyfunction]
+fn tidy() {
+    std::mem::forget(glasswarp::export::remove_unfinished());
 }
 
 /// Runs the command with these words, as the program does, and returns its exit code.

@@ -4,7 +4,8 @@ use clap::{Arg, ArgAction, Args as _, Command};
 use glasswarp::{
     cli,
     spec::{
-        Angle, Feed, Inclination, Length, RimSize, Settings, Shift, SmallLength, StockSize, Travel, Wavelength, WindowSize,
+        Angle, Feed, Inclination, Length, RimSize, Settings, Shift, SmallLength, StockSize, Travel, Wavelength,
+        WindowSize,
     },
 };
 use serde_json::{Value, json};

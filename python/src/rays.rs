@@ -46,7 +46,7 @@ pub(crate) fn trace<'py>(
         ..Mesh::default()
     };
     let rays = rays.as_slice()?;
-    let traced = work::done(py, None, |watch| -> Result<_, Failure> {
+    let traced = work::done_within(py, |watch| -> Result<_, Failure> {
         let vertices = mesh.vertices.len();
         if let Some(&none) = mesh.triangles.iter().flatten().find(|&&vertex| vertex as usize >= vertices) {
             return Err(Failure::Usage(format!("a triangle names the vertex {none}, and there are {vertices}")));

@@ -72,6 +72,33 @@ impl Watch {
         news
     }
 
+    /// Waits for the end of the work, and tells Python how far it is. Whatever is raised meanwhile
+    /// cancels it.
+    fn wait(&self, py: Python<'_>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let mut told = None;
+        loop {
+            let ended = py.detach(|| self.has_ended_within(OFTEN));
+            if let Err(error) = py.check_signals().and_then(|()| self.tell(progress, &mut told)) {
+                self.cancelled.store(true, Ordering::Relaxed);
+                return Err(error);
+            }
+            if ended {
+                return Ok(());
+            }
+        }
+    }
+
+    fn tell(&self, progress: Option<&Bound<'_, PyAny>>, told: &mut Option<(String, usize, usize)>) -> PyResult<()> {
+        let Some(progress) = progress else { return Ok(()) };
+        for news in self.news() {
+            if told.as_ref() != Some(&news) {
+                progress.call1(news.clone())?;
+                *told = Some(news);
+            }
+        }
+        Ok(())
+    }
+
     fn has_ended_within(&self, time: Duration) -> bool {
         let ended = held(&self.ended);
         *self.end.wait_timeout_while(ended, time, |ended| !*ended).unwrap_or_else(PoisonError::into_inner).0
@@ -99,7 +126,7 @@ impl Drop for Ends<'_> {
 }
 
 /// The threads of this process. A process that was forked has none of its parent's.
-fn pool() -> Result<Arc<ThreadPool>, rayon::ThreadPoolBuildError> {
+fn pool() -> PyResult<Arc<ThreadPool>> {
     static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
     let mut pool = held(&POOL);
     let own = std::process::id();
@@ -108,60 +135,56 @@ fn pool() -> Result<Arc<ThreadPool>, rayon::ThreadPoolBuildError> {
     {
         return Ok(Arc::clone(pool));
     }
-    let made = Arc::new(ThreadPoolBuilder::new().build()?);
+    let made = ThreadPoolBuilder::new().build().map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    let made = Arc::new(made);
     // What was inherited has no threads that could be ended.
     mem::forget(pool.replace((own, Arc::clone(&made))));
     Ok(made)
 }
 
-/// Does work, which a [`Watch`] may end, while the interpreter is free. `progress` is called with the
-/// name of a stage, the steps done, and how many there are.
+/// Does work while the interpreter is free. `progress` is called with the name of a stage, the steps
+/// done, and how many there are. A signal, or an exception of `progress`, ends the call at once; the
+/// work ends where it next asks its [`Watch`], and nobody hears of it.
 ///
 /// # Errors
-/// What a signal or `progress` raised: then the work was ended.
-pub(crate) fn done<T: Send>(
+/// What the signal or `progress` raised.
+pub(crate) fn done<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
-    work: impl FnOnce(Arc<Watch>) -> T + Send,
+    work: impl FnOnce(Arc<Watch>) -> T + Send + 'static,
 ) -> PyResult<T> {
-    let pool = pool().map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let watch = Arc::new(Watch::new());
-    let (theirs, ours) = (Arc::clone(&watch), Arc::clone(&watch));
-    let (outcome, raised) = thread::scope(|scope| {
-        let worker = scope.spawn(move || {
-            let _ends = Ends(&theirs);
-            pool.install(|| work(Arc::clone(&theirs)))
-        });
-        let mut raised = None;
-        let mut told = None;
-        while !py.detach(|| ours.has_ended_within(OFTEN)) {
-            if raised.is_none()
-                && let Err(error) = py.check_signals().and_then(|()| tell(progress, &ours, &mut told))
-            {
-                ours.cancelled.store(true, Ordering::Relaxed);
-                raised = Some(error);
-            }
-        }
-        (py.detach(|| worker.join()), raised)
-    });
-    if let Some(error) = raised {
-        return Err(error);
-    }
-    tell(progress, &watch, &mut None)?;
-    outcome.map_err(|_| PyRuntimeError::new_err("glasswarp has broken inside: this is a fault of it, please report it"))
+    let (watch, pool) = (Arc::new(Watch::new()), pool()?);
+    let worker = thread::Builder::new().spawn({
+        let watch = Arc::clone(&watch);
+        move || at_work(&pool, &watch, work)
+    })?;
+    watch.wait(py, progress)?;
+    py.detach(|| worker.join()).map_err(|_| broken())
 }
 
-fn tell(
-    progress: Option<&Bound<'_, PyAny>>,
-    watch: &Watch,
-    told: &mut Option<(String, usize, usize)>,
-) -> PyResult<()> {
-    let Some(progress) = progress else { return Ok(()) };
-    for news in watch.news() {
-        if told.as_ref() != Some(&news) {
-            progress.call1(news.clone())?;
-            *told = Some(news);
-        }
-    }
-    Ok(())
+/// The same for work with what Python has lent, which ends before the call does: it must ask its
+/// [`Watch`] often.
+///
+/// # Errors
+/// What a signal raised.
+pub(crate) fn done_within<T: Send>(py: Python<'_>, work: impl FnOnce(Arc<Watch>) -> T + Send) -> PyResult<T> {
+    let (watch, pool) = (Arc::new(Watch::new()), pool()?);
+    thread::scope(|scope| {
+        let worker = thread::Builder::new().spawn_scoped(scope, {
+            let watch = Arc::clone(&watch);
+            move || at_work(&pool, &watch, work)
+        })?;
+        let waited = watch.wait(py, None);
+        let outcome = py.detach(|| worker.join());
+        waited.and_then(|()| outcome.map_err(|_| broken()))
+    })
+}
+
+fn at_work<T: Send>(pool: &ThreadPool, watch: &Arc<Watch>, work: impl FnOnce(Arc<Watch>) -> T + Send) -> T {
+    let _ends = Ends(watch);
+    pool.install(|| work(Arc::clone(watch)))
+}
+
+fn broken() -> PyErr {
+    PyRuntimeError::new_err("glasswarp has broken inside: this is a fault of it, please report it")
 }

@@ -98,13 +98,8 @@ fn a_person_reads() -> bool {
 
 /// Chooses the reader of a command, and how much is told: 0 what a maker reads, 1 all of it and stages with their times, 2 and 3 more.
 pub(crate) fn open(reader: Reader, words: Vec<OsString>, verbosity: u8) {
-    let session = Session {
-        reader,
-        words,
-        detailed: verbosity > 0,
-        warnings: Mutex::default(),
-        result: Mutex::default(),
-    };
+    let session =
+        Session { reader, words, detailed: verbosity > 0, warnings: Mutex::default(), result: Mutex::default() };
     *SESSION.write().unwrap_or_else(PoisonError::into_inner) = Some(Arc::new(session));
     let level = match verbosity {
         0 => return,

@@ -25,12 +25,16 @@ mod side_files;
 mod sweep;
 mod verify;
 
-use crate::{failure::Failure, record::document};
+use crate::{
+    failure::Failure,
+    record::document,
+    solver::{Event, SolveError},
+};
 use clap::{CommandFactory, Parser, Subcommand};
 pub use console::{Caller, fault};
-pub use files::save;
-pub use machine::Machine;
 use console::{Reader, say};
+pub use files::{Saving, save};
+pub use machine::Machine;
 use std::{ffi::OsString, path::PathBuf, process::ExitCode, sync::Arc};
 
 const EXAMPLE: &str = "\
@@ -199,9 +203,11 @@ pub fn run_with(words: Vec<OsString>) -> u8 {
 pub fn ask(words: Vec<OsString>, caller: Arc<dyn Caller>) -> Result<document::Document, clap::Error> {
     let cli = parsed(&words)?;
     let _turn = outputs::turn();
+    let is_wanted = caller.report(Event::Iteration).is_continue();
     console::open(Reader::Caller(caller), words, cli.verbose);
     outputs::force(cli.force);
-    Ok(console::close(cli.command.name(), cli.command.run()))
+    let done = if is_wanted { cli.command.run() } else { Err(Failure::refused(SolveError::Cancelled)) };
+    Ok(console::close(cli.command.name(), done))
 }
 
 /// Every command with its flags.

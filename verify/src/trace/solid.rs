@@ -344,8 +344,7 @@ impl SolidTracer {
         // enter where it left: it only touches the other face of that edge.
         let least_t = if leaves { -1e-9 } else { 1e-9 };
         let arrives = leg.interfaces == 0 && !leaves;
-        if arrives && let Some(found) = self.enter_rectangle(leg)
-        {
+        if arrives && let Some(found) = self.enter_rectangle(leg) {
             return Some(found);
         }
         let ray = SearchRay::new(leg.origin, leg.direction);

@@ -1,0 +1,34 @@
+"""Types: the package and its tests by mypy, the stub by what the module is."""
+
+from __future__ import annotations
+
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+import glasswarp
+
+FOLDER = pathlib.Path(__file__).parents[1]
+
+
+def run(*words: str) -> None:
+    made = subprocess.run([sys.executable, "-m", *words], cwd=FOLDER, capture_output=True, text=True)
+    assert made.returncode == 0, made.stdout + made.stderr
+
+
+def test_the_package_and_its_tests_are_typed() -> None:
+    pytest.importorskip("mypy")
+    run("mypy", "--strict", "-p", "glasswarp")
+    run("mypy", "--strict", "tests", "generate.py")
+
+
+def test_the_stub_says_what_the_module_is() -> None:
+    pytest.importorskip("mypy")
+    run("mypy.stubtest", "glasswarp._glasswarp")
+    run("mypy.stubtest", "glasswarp")
+
+
+def test_the_wheel_says_that_it_is_typed() -> None:
+    assert (pathlib.Path(glasswarp.__file__).parent / "py.typed").exists()
