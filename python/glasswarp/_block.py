@@ -6,8 +6,10 @@ import html
 import json
 import os
 import pathlib
+import shutil
 import tempfile
 import threading
+import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Optional, Union
@@ -69,13 +71,13 @@ class Block:
     `design` makes one. In a notebook it shows its picture, its figures, and a model that turns.
     """
 
-    __slots__ = ("__weakref__", "_described", "_files", "_lock", "_made")
+    __slots__ = ("__weakref__", "_described", "_folder", "_lock", "_made")
 
     def __init__(self, made: _glasswarp.Design) -> None:
         self._made = made
         self._described: Mapping[str, Any] = json.loads(made.described())
         self._lock = threading.Lock()
-        self._files: Optional[tempfile.TemporaryDirectory[str]] = None
+        self._folder: Optional[str] = None
 
     @property
     def name(self) -> str:
@@ -150,8 +152,8 @@ class Block:
             What there is to say of the files.
 
         Raises:
-            BadInput: An extension that is none, a file that would replace an input, two that are one.
-            FileError: A file of somebody's own, a folder that is missing, a full disk. Every file is whole or not there.
+            BadInput: An extension that is none, a file of somebody's own, one that would replace an input, two that are one.
+            FileError: A folder that is missing, a full disk. Every file is whole or not there.
         """
         for file in files:
             if pathlib.PurePath(file).suffix.lower() in PROGRAMS:
@@ -165,10 +167,12 @@ class Block:
     def filed(self) -> str:
         """An STL of the block with its side file, which lie in a temporary folder as long as the block lives."""
         with self._lock:
-            if self._files is None:
-                self._files = tempfile.TemporaryDirectory(prefix="glasswarp-")
-                self._made.save([os.path.join(self._files.name, self.name + ".stl")])
-            return os.path.join(self._files.name, self.name + ".stl")
+            if self._folder is None:
+                folder = tempfile.mkdtemp(prefix="glasswarp-")
+                weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+                self._made.save([os.path.join(folder, self.name + ".stl")])
+                self._folder = folder
+            return os.path.join(self._folder, self.name + ".stl")
 
     def verify(self, *, progress: Progress = None, **options: Unpack[VerifyOptions]) -> Found:
         """Writes the block as STL, traces light through that file, and judges the picture: see `verify`."""

@@ -126,13 +126,19 @@ def misuse_of(message: str, flag: Optional[str], value: Optional[str]) -> Glassw
     return BadInput(in_keywords(said), setting=name, value=value)
 
 
+def _tells(message: str, value: Any) -> bool:
+    return any(number.rstrip(".") == f"{value}" for number in re.findall(r"-?[\d.]+", message))
+
+
 def with_given(error: GlasswarpError, given: Mapping[str, Any]) -> GlasswarpError:
     """The same error, with what the caller gave for the setting that it is about."""
     from ._listed import bare
 
     for keyword, value in given.items():
         quoted = isinstance(value, str) and f"'{value}'" in error.message
-        if quoted or (error.setting is not None and bare(keyword) == bare(error.setting)):
+        # A stage of the library speaks of "the distance to the receiver", and of its value.
+        spoken = error.setting is None and keyword.split("_")[0] in error.message and _tells(error.message, value)
+        if quoted or spoken or (error.setting is not None and bare(keyword) == bare(error.setting)):
             before = f"{error.setting}: "
             if error.message.startswith(before):
                 error.message = f"{keyword}: {error.message[len(before) :]}"

@@ -6,7 +6,6 @@ use pyo3::{exceptions::PyRuntimeError, prelude::*};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::{
     collections::VecDeque,
-    mem,
     ops::ControlFlow,
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
@@ -125,21 +124,11 @@ impl Drop for Ends<'_> {
     }
 }
 
-/// The threads of this process. A process that was forked has none of its parent's.
-fn pool() -> PyResult<Arc<ThreadPool>> {
-    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
-    let mut pool = held(&POOL);
-    let own = std::process::id();
-    if let Some((of, pool)) = &*pool
-        && *of == own
-    {
-        return Ok(Arc::clone(pool));
-    }
-    let made = ThreadPoolBuilder::new().build().map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let made = Arc::new(made);
-    // What was inherited has no threads that could be ended.
-    mem::forget(pool.replace((own, Arc::clone(&made))));
-    Ok(made)
+/// Threads for one call. A thread that waits for a part of its own work takes up what else its pool has
+/// to do: of one pool for all, a call would wait for another, and for ever if that waits for a lock which
+/// it holds. A process that was forked has none of its parent's threads either.
+fn pool() -> PyResult<ThreadPool> {
+    ThreadPoolBuilder::new().build().map_err(|error| PyRuntimeError::new_err(error.to_string()))
 }
 
 /// Does work while the interpreter is free. `progress` is called with the name of a stage, the steps

@@ -64,7 +64,7 @@ def test_every_format_is_written_with_its_side_file(block: gw.Block, tmp_path: p
 def test_nothing_of_somebody_elses_is_replaced(block: gw.Block, tmp_path: pathlib.Path) -> None:
     foreign = tmp_path / "mine.stl"
     foreign.write_text("mine")
-    with pytest.raises(gw.FileError, match="was not written by glasswarp"):
+    with pytest.raises(gw.BadInput, match="was not written by glasswarp"):
         block.save(foreign)
     assert foreign.read_text() == "mine" and [one.name for one in tmp_path.iterdir()] == ["mine.stl"]
     block.save(foreign, force=True)
@@ -85,9 +85,10 @@ def test_a_block_travels_whole(block: gw.Block, tmp_path: pathlib.Path) -> None:
     assert far == block and np.array_equal(far.heights_mm, block.heights_mm)
     assert far.summary == block.summary and far.predicted is not None and block.predicted is not None
     assert np.array_equal(far.predicted, block.predicted)
-    block.save(tmp_path / "here.stl")
-    far.save(tmp_path / "there.stl")
-    assert (tmp_path / "here.stl").read_bytes() == (tmp_path / "there.stl").read_bytes()
+    for one, folder in ((block, tmp_path / "here"), (far, tmp_path / "there")):
+        folder.mkdir()
+        one.save(folder / "b.stl")
+    assert (tmp_path / "here" / "b.stl").read_bytes() == (tmp_path / "there" / "b.stl").read_bytes()
     assert copy.deepcopy(block) == block and copy.copy(block) == block and hash(far) == hash(block)
 
 

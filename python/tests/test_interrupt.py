@@ -27,7 +27,7 @@ except KeyboardInterrupt:
 
 CALLS = {
     "design": 'gw.design(light, nodes=4097, quality="fine", ignore_memory=True)',
-    "files": 'gw.verify("b.stl", photons=4_000_000_000, output="light.exr")',
+    "files": 'gw.verify("b.stl", photons=2_000_000_000, output="light.exr")',
     "callback": "gw.design(light, nodes=4097, ignore_memory=True, progress=lambda *_: None)",
 }
 

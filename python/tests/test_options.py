@@ -109,4 +109,4 @@ def test_options_arrive_as_they_are_meant() -> None:
 def test_messages_speak_of_keywords() -> None:
     assert _errors.in_keywords("leave `ior` out (`max-slope`)") == "leave ior out (max_slope_deg)"
     assert _errors.in_keywords("take at most `nodes 512`, or --offset") == "take at most nodes=512, or offset"
-    assert _errors.in_keywords("missing field `design` of a--size") == "missing field `design` of a--size"
+    assert _errors.in_keywords("missing field `bread` of a--size") == "missing field `bread` of a--size"
