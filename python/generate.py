@@ -12,9 +12,12 @@ import textwrap
 from collections.abc import Iterable
 from typing import Any
 
-from glasswarp import _listed
+FOLDER = pathlib.Path(__file__).resolve().parent
+# The sources beside this script have no extension module; the package that is installed has.
+sys.path = [place for place in sys.path if pathlib.Path(place).resolve() != FOLDER]
 
-FOLDER = pathlib.Path(__file__).parent
+from glasswarp import _listed  # noqa: E402
+
 DOCS = FOLDER.parent / "docs"
 MADE = '"""{about} Made by generate.py."""\n\nfrom __future__ import annotations\n\n'
 

@@ -20,6 +20,8 @@ _State = tuple[
     float,
 ]
 
+__all__ = ["VERSION", "Design", "ask", "bench", "design", "heights", "listed", "main", "restore", "tidy", "trace"]
+
 VERSION: str
 
 def main(words: Sequence[str]) -> int: ...

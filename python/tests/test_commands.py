@@ -86,7 +86,7 @@ def test_checks_milling_and_readiness_answer(block: gw.Block, tmp_path: pathlib.
 
 def test_a_program_is_written_and_judged(block: gw.Block, tmp_path: pathlib.Path) -> None:
     block.save(tmp_path / "b.stl")
-    milled = gw.mill(tmp_path / "b.stl", step_over_mm=0.5, output=tmp_path / "b.ngc", pixels=32)
+    milled = gw.mill(tmp_path / "b.stl", step_over_mm=2, output=tmp_path / "b.ngc", pixels=32)
     assert milled.programs and milled.programs[0].moves > 0
     judged = gw.program(tmp_path / "b.ngc", pixels=32)
     assert judged.faults == () and judged.feed_moves > 0

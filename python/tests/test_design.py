@@ -140,6 +140,7 @@ def test_progress_is_told_and_its_exception_ends_the_call(light: npt.NDArray[np.
 
 
 def test_bars_of_tqdm_can_be_asked_for(light: npt.NDArray[np.float64], capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("tqdm")
     gw.design(light, nodes=129, progress=True)
     assert "%|" in capsys.readouterr().err
 
