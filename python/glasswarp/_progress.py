@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+import warnings
 from types import TracebackType
 from typing import Any, Callable, Optional, Union
 
@@ -49,7 +50,10 @@ class Told:
             self.listener = progress
         elif progress or (progress is None and _in_notebook()):
             try:
-                tqdm = importlib.import_module("tqdm.auto").tqdm
+                with warnings.catch_warnings():
+                    # Without ipywidgets a notebook gets bars of text.
+                    warnings.simplefilter("ignore")
+                    tqdm = importlib.import_module("tqdm.auto").tqdm
             except ImportError:
                 if progress:
                     raise
