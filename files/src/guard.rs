@@ -3,7 +3,6 @@
 use crate::{
     error::{PlanError, WriteError},
     identity::{Identity, Stamp, stamp},
-    plan::Wanted,
     record::{self, Known},
 };
 use std::{
@@ -11,12 +10,15 @@ use std::{
     fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 const FOREIGN: &str = "was not written by glasswarp";
 const CHANGED: &str = "has been changed since glasswarp wrote it";
 const PROTECTED: &str = "is write-protected";
+
+/// Says whether anybody still waits for what is written.
+pub(crate) type Wanted = Arc<dyn Fn() -> bool + Send + Sync>;
 
 /// What an approved plan lets be written.
 pub(crate) struct Guard {

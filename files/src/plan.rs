@@ -3,7 +3,7 @@
 use crate::{
     atomic,
     error::PlanError,
-    guard::{Guard, check_owner, guard},
+    guard::{Guard, Wanted, check_owner, guard},
     identity::{Identity, stamp},
 };
 use std::{
@@ -21,9 +21,6 @@ pub struct Plan {
     force: bool,
     wanted: Option<Wanted>,
 }
-
-/// Says whether anybody still waits for what is written.
-pub(crate) type Wanted = Arc<dyn Fn() -> bool + Send + Sync>;
 
 impl Plan {
     /// A plan that replaces files of others only with `force`. Inputs are never replaced.
