@@ -6,7 +6,7 @@ use crate::{
     optics::Interface,
     optim::Summary,
     solid::{Blank, Solid, SolidError},
-    solver::{Problem, Progress, SolveError, Solver},
+    solver::{Problem, Progress, Solution, SolveError, Solver},
     surface::{HeightField, SurfaceSpline},
 };
 use glam::DVec2;
@@ -127,6 +127,15 @@ pub fn design(
     blank.check(bench.block())?;
     let span = tracing::info_span!("solve", nx = nodes.0, ny = nodes.1);
     let solution = span.in_scope(|| solver.solve(problem, nodes, progress))?;
+    close(solution, bench, blank)
+}
+
+/// Closes the solid under a face that was found.
+///
+/// # Errors
+/// A blank that cannot be or does not hold the relief, a face that keeps its light inside, an entry
+/// face that is no plane.
+pub fn close(solution: Solution, bench: &Bench, blank: &Blank) -> Result<DesignedBlock, DesignError> {
     let _span = tracing::info_span!("close the solid").entered();
     if solution.entry.is_some() {
         return Err(DesignError::EntryFace);

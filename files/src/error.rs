@@ -49,6 +49,12 @@ pub enum WriteError {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlanError {
+    /// The command was cancelled before the file was written.
+    #[error("{} is not written: the command was cancelled", path.display())]
+    Unwanted {
+        /// The file.
+        path: PathBuf,
+    },
     /// A name that cannot be recorded, or that a person would not see as it is.
     #[error(
         "the name {shown} {what}: side files, reports and JSON could not name it as it is; give the file another name"

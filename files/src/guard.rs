@@ -10,12 +10,15 @@ use std::{
     fs,
     io::{self, ErrorKind},
     path::{Path, PathBuf},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
 };
 
 const FOREIGN: &str = "was not written by glasswarp";
 const CHANGED: &str = "has been changed since glasswarp wrote it";
 const PROTECTED: &str = "is write-protected";
+
+/// Says whether anybody still waits for what is written.
+pub(crate) type Wanted = Arc<dyn Fn() -> bool + Send + Sync>;
 
 /// What an approved plan lets be written.
 pub(crate) struct Guard {
@@ -23,6 +26,14 @@ pub(crate) struct Guard {
     pub(crate) force: bool,
     /// Files that were there and may be replaced, as they were.
     pub(crate) examined: HashMap<PathBuf, Stamp>,
+    /// Whether anybody still waits for the files.
+    pub(crate) wanted: Option<Wanted>,
+}
+
+impl Guard {
+    fn is_wanted(&self) -> bool {
+        self.wanted.as_ref().is_none_or(|wanted| wanted())
+    }
 }
 
 static GUARD: Mutex<Option<Guard>> = Mutex::new(None);
@@ -55,7 +66,11 @@ pub(crate) fn check_owner(path: &Path, target: &Path) -> Result<(), PlanError> {
 /// An input, or a file of somebody's own.
 pub fn may_replace(path: &Path) -> Result<(), PlanError> {
     let guard = guard();
-    let Some(Guard { inputs, force, examined }) = &*guard else { return Ok(()) };
+    let Some(in_force) = &*guard else { return Ok(()) };
+    if !in_force.is_wanted() {
+        return Err(PlanError::Unwanted { path: path.into() });
+    }
+    let Guard { inputs, force, examined, .. } = in_force;
     let identity = Identity::of(path);
     if let Some((_, input)) = inputs.iter().find(|(input, _)| input.is(&identity)) {
         return Err(PlanError::Input { output: path.into(), input: input.clone() });
@@ -80,5 +95,10 @@ pub fn enter(path: &Path) -> Result<(), WriteError> {
 
 /// Records that `target` will have the content of `content`, if a plan is in force.
 pub(crate) fn about_to_take(target: &Path, content: &Path) -> io::Result<()> {
-    if guard().is_none() { Ok(()) } else { record::enter(target, content) }
+    match &*guard() {
+        None => return Ok(()),
+        Some(in_force) if !in_force.is_wanted() => return Err(ErrorKind::Interrupted.into()),
+        Some(_) => {}
+    }
+    record::enter(target, content)
 }

@@ -3,21 +3,23 @@
 use crate::{
     atomic,
     error::PlanError,
-    guard::{Guard, check_owner, guard},
+    guard::{Guard, Wanted, check_owner, guard},
     identity::{Identity, stamp},
 };
 use std::{
     collections::HashMap,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 /// The files that a command reads, and all that it will write.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Default)]
 #[must_use = "a plan holds once it is approved"]
 pub struct Plan {
     inputs: Vec<PathBuf>,
     outputs: Vec<PathBuf>,
     force: bool,
+    wanted: Option<Wanted>,
 }
 
 impl Plan {
@@ -35,6 +37,12 @@ impl Plan {
     /// Adds a file that will be written.
     pub fn writes(mut self, path: impl Into<PathBuf>) -> Self {
         self.outputs.push(path.into());
+        self
+    }
+
+    /// Refuses to write anything more from when `wanted` says that nobody waits for it any longer.
+    pub fn as_long_as(mut self, wanted: impl Fn() -> bool + Send + Sync + 'static) -> Self {
+        self.wanted = Some(Arc::new(wanted));
         self
     }
 
@@ -74,7 +82,7 @@ impl Plan {
                 examined.insert(identity.path, stamp);
             }
         }
-        *guard() = Some(Guard { inputs, force: self.force, examined });
+        *guard() = Some(Guard { inputs, force: self.force, examined, wanted: self.wanted });
         Ok(())
     }
 }

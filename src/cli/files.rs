@@ -3,6 +3,7 @@
 
 use super::{
     machine::{Machine, read_bare_mesh, read_mesh},
+    outputs,
     side_files::{self, file_name, hash_of},
 };
 use crate::{
@@ -26,6 +27,7 @@ use crate::{
 use glasswarp_verify::Mesh;
 use std::{
     collections::{BTreeMap, BTreeSet},
+    io::Write as _,
     path::{Path, PathBuf},
     sync::{
         OnceLock,
@@ -110,6 +112,50 @@ struct Made {
 /// Which of the outputs is judged: the first STL, or without one the first.
 pub(crate) fn first(outputs: &[PathBuf]) -> usize {
     outputs.iter().position(|path| matches!(Format::from_path(path), Ok(Format::Stl))).unwrap_or(0)
+}
+
+/// Which files of a block are written that was designed within this process.
+pub struct Saving<'a> {
+    /// Where to; their extensions are the formats.
+    pub outputs: &'a [PathBuf],
+    /// The cutter whose tip goes where height maps say, if they are offset.
+    pub tip: Option<Cutter>,
+    /// The picture, to be written where the plan has it, if nothing lies there.
+    pub picture: Option<&'a [u8]>,
+    /// Whether files of others are replaced.
+    pub force: bool,
+}
+
+/// Writes the files of a block as `glasswarp design` writes them, with their side files; none once
+/// nobody `wanted` them any more. Returns what there is to say of them.
+///
+/// # Errors
+/// A format that is none or cannot hold the block, an output that would replace an input or a file
+/// of somebody's own, a disk that takes none.
+pub fn save(
+    plan: &Plan,
+    block: &DesignedBlock,
+    saving: &Saving<'_>,
+    wanted: impl Fn() -> bool + Send + Sync + 'static,
+) -> Result<Vec<String>, Failure> {
+    let Saving { outputs, tip, picture, force } = *saving;
+    for output in outputs {
+        if HeightMapFormat::from_path(output).is_err() {
+            Format::from_path(output).map_err(Failure::refused)?;
+        }
+    }
+    let derived = derived(outputs, &plan.settings, (false, false));
+    let own = Some(&plan.picture);
+    let (read, written) = if picture.is_some() { (None, own) } else { (own, None) };
+    let _turn = outputs::turn();
+    outputs::force(force);
+    let inputs = plan.settings.files().chain(read.map(PathBuf::as_path));
+    outputs::plan_while(wanted, inputs, outputs.iter().chain(written).cloned().chain(derived))?;
+    if let Some(bytes) = picture {
+        export::write_atomically(&plan.picture, |out| out.write_all(bytes)).map_err(Failure::writing)?;
+    }
+    let task = Task { plan, block, outputs, tip, verified: false };
+    make(&task, first(outputs), |_| ()).map(|(files, ())| files.notes)
 }
 
 /// Writes every file and the side files, and reads back what is judged. Meanwhile the `first` of

@@ -1,7 +1,7 @@
 //! The machine that commands run on: its disk and its memory, for what the library asks of them.
 
 use super::{console, memory};
-use crate::{failure::Failure, spec::Host};
+use crate::{failure::Failure, memory::Bytes, spec::Host};
 use glasswarp_verify::{
     Image, Mesh, image_file,
     load::{self, LoadError},
@@ -9,7 +9,14 @@ use glasswarp_verify::{
 use std::{fs, io, path::Path};
 
 /// This machine.
-pub(super) struct Machine;
+pub struct Machine;
+
+impl Machine {
+    /// Memory that can be had without swapping, if the system tells.
+    pub fn free_memory() -> Option<Bytes> {
+        memory::free()
+    }
+}
 
 impl Host for Machine {
     fn read(&self, path: &Path) -> io::Result<Vec<u8>> {

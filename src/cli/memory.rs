@@ -32,7 +32,7 @@ pub(crate) fn for_a_picture() -> u64 {
 
 /// Memory that can be had without swapping, if the system tells: less where a container is bounded.
 /// `GLASSWARP_MEMORY`, in MB, stands in for it.
-fn free() -> Option<Bytes> {
+pub(super) fn free() -> Option<Bytes> {
     if let Some(megabytes) = std::env::var("GLASSWARP_MEMORY").ok().and_then(|text| text.parse::<u64>().ok()) {
         return Some(Bytes(megabytes.saturating_mul(1_000_000)));
     }

@@ -26,10 +26,17 @@ mod stack;
 mod sweep;
 mod verify;
 
-use crate::{failure::Failure, record::document};
+use crate::{
+    failure::Failure,
+    record::document,
+    solver::{Event, SolveError},
+};
 use clap::{CommandFactory, Parser, Subcommand};
+pub use console::{Caller, fault};
 use console::{Reader, say};
-use std::{path::PathBuf, process::ExitCode};
+pub use files::{Saving, save};
+pub use machine::Machine;
+use std::{ffi::OsString, path::PathBuf, process::ExitCode, sync::Arc};
 
 const EXAMPLE: &str = "\
 Example:
@@ -155,19 +162,27 @@ impl Command {
     }
 }
 
-/// Parses, runs, and reports.
+/// Parses the words of this process, runs, and reports.
 pub fn run() -> ExitCode {
-    outcome::learn_flags(&Cli::command());
-    let cli = match Cli::try_parse() {
+    ExitCode::from(run_with(std::env::args_os().skip(1).collect()))
+}
+
+/// The same for these words, without the program's own name. Returns the exit code.
+pub fn run_with(words: Vec<OsString>) -> u8 {
+    let in_json = words.iter().any(|word| word == "--json");
+    let cli = match parsed(&words) {
         Ok(cli) => cli,
         // A program is told in its own way.
-        Err(error) if error.use_stderr() && std::env::args_os().any(|word| word == "--json") => {
-            console::open(Reader::Program, 0);
-            return console::close("", Err(Failure::Usage(error.to_string().trim_start_matches("error: ").to_owned())));
+        Err(error) if error.use_stderr() && in_json => {
+            console::open(Reader::Program, words, 0);
+            return console::close("", Err(misused(&error))).exit_code;
         }
-        Err(error) => error.exit(),
+        Err(error) => {
+            let _ = error.print();
+            return error.exit_code() as u8;
+        }
     };
-    console::open(if cli.json { Reader::Program } else { Reader::Person }, cli.verbose);
+    console::open(if cli.json { Reader::Program } else { Reader::Person }, words, cli.verbose);
     outputs::force(cli.force);
     // Nothing half-written stays behind: outputs are written under another name until they are
     // whole.
@@ -179,7 +194,36 @@ pub fn run() -> ExitCode {
     if let Err(error) = handler {
         console::warn(format_args!("an interruption cannot be handled ({error})"));
     }
-    console::close(cli.command.name(), cli.command.run())
+    console::close(cli.command.name(), cli.command.run()).exit_code
+}
+
+/// Runs a command for a caller within this process, which is told everything: nothing is printed,
+/// and signals are the caller's. One runs at a time, and others wait for it.
+///
+/// # Errors
+/// Words that are no command.
+pub fn ask(words: Vec<OsString>, caller: Arc<dyn Caller>) -> Result<document::Document, clap::Error> {
+    let cli = parsed(&words)?;
+    let _turn = outputs::turn();
+    let is_wanted = caller.report(Event::Iteration).is_continue();
+    console::open(Reader::Caller(caller), words, cli.verbose);
+    outputs::force(cli.force);
+    let done = if is_wanted { cli.command.run() } else { Err(Failure::refused(SolveError::Cancelled)) };
+    Ok(console::close(cli.command.name(), done))
+}
+
+/// Every command with its flags.
+pub fn command() -> clap::Command {
+    Cli::command()
+}
+
+fn parsed(words: &[OsString]) -> Result<Cli, clap::Error> {
+    outcome::learn_flags(&Cli::command());
+    Cli::try_parse_from(std::iter::once(&OsString::from("glasswarp")).chain(words))
+}
+
+fn misused(error: &clap::Error) -> Failure {
+    Failure::Usage(error.to_string().trim_start_matches("error: ").to_owned())
 }
 
 fn materials() {

@@ -1,12 +1,22 @@
 //! What a command reads and writes, said before it begins: the one place that decides what may be
 //! written over.
 
-use crate::failure::Failure;
+use super::console;
+use crate::{failure::Failure, solver::Event};
 use glasswarp_files::{Plan, PlanError};
 use std::{
     path::{Path, PathBuf},
-    sync::atomic::{AtomicBool, Ordering},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
+
+/// Waits until no other command of this process is at work: a plan holds for all of it.
+pub(super) fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 static FORCE: AtomicBool = AtomicBool::new(false);
 
@@ -25,7 +35,25 @@ pub(crate) fn plan<'a>(
     inputs: impl IntoIterator<Item = &'a Path>,
     outputs: impl IntoIterator<Item = PathBuf>,
 ) -> Result<(), Failure> {
-    let plan = inputs.into_iter().fold(Plan::new(FORCE.load(Ordering::Relaxed)), Plan::reads);
+    let caller = console::caller();
+    plan_while(
+        move || caller.as_ref().is_none_or(|caller| caller.report(Event::Iteration).is_continue()),
+        inputs,
+        outputs,
+    )
+}
+
+/// The same for files that are written only as long as they are `wanted`.
+///
+/// # Errors
+/// Those of [`plan`].
+pub(super) fn plan_while<'a>(
+    wanted: impl Fn() -> bool + Send + Sync + 'static,
+    inputs: impl IntoIterator<Item = &'a Path>,
+    outputs: impl IntoIterator<Item = PathBuf>,
+) -> Result<(), Failure> {
+    let plan = Plan::new(FORCE.load(Ordering::Relaxed)).as_long_as(wanted);
+    let plan = inputs.into_iter().fold(plan, Plan::reads);
     let plan = outputs.into_iter().fold(plan, Plan::writes);
     plan.approve().map_err(|error| match error {
         PlanError::Write(error) => Failure::writing(error),

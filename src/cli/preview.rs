@@ -66,6 +66,8 @@ pub(crate) fn run(args: &PreviewArgs) -> Result<(), Failure> {
     let examiner = Examiner::new(plan.scene.clone(), Some(target.in_perfect_light()), PIXELS);
     let view = view_of(&examiner, &double_precision(&block)?)?;
     let command = report_files::command();
+    console::light("irradiance", &view.image);
+    console::light("target", examiner.target().unwrap_or(&view.image));
     let page = PreviewPage { plan: &plan, block: &block, examiner: &examiner, view: &view, command };
     for output in &outputs {
         if has_extension(output, "png") {

@@ -129,6 +129,8 @@ pub(super) fn verify(program: &Path, args: &Look<'_>) -> Result<(), Failure> {
     }
     if let Some(last) = study.last() {
         let target = piece.examiner.target().unwrap_or(&last.view.image);
+        console::light("irradiance", &last.view.image);
+        console::light("target", target);
         let peak = target.values.iter().copied().fold(0.0, f64::max);
         for output in args.output {
             IrradianceFile::of(output)?.write(output, &last.view.image, peak)?;

@@ -1,22 +1,25 @@
+use super::console::{self, Caller};
 use crate::solver::{Event, Progress};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::{
     cell::RefCell,
     io::IsTerminal,
     ops::ControlFlow,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 /// Progress on standard error: a bar with the time left for each stage, nothing at all off a
-/// terminal.
+/// terminal. Whoever asks from within is told instead, and may end the work.
 pub(crate) struct TerminalProgress {
+    caller: Option<Arc<dyn Caller>>,
     bar: RefCell<Option<ProgressBar>>,
     began: Instant,
 }
 
 impl TerminalProgress {
     pub(crate) fn new() -> Self {
-        Self { bar: RefCell::new(None), began: Instant::now() }
+        Self { caller: console::caller(), bar: RefCell::new(None), began: Instant::now() }
     }
 
     /// Removes the bar.
@@ -35,6 +38,9 @@ impl Drop for TerminalProgress {
 
 impl Progress for TerminalProgress {
     fn report(&self, event: Event<'_>) -> ControlFlow<()> {
+        if let Some(caller) = &self.caller {
+            return caller.report(event);
+        }
         match event {
             Event::Stage { name, steps } => self.begin(name, steps),
             Event::Step { done } => self.advance(done),
@@ -50,6 +56,11 @@ impl Progress for TerminalProgress {
 
 impl TerminalProgress {
     pub(crate) fn begin(&self, stage: &str, steps: usize) {
+        if let Some(caller) = &self.caller {
+            // Whoever wants no more is heard where the work is watched.
+            let _ = caller.report(Event::Stage { name: stage, steps });
+            return;
+        }
         self.finish();
         tracing::debug!(stage, steps, "begins");
         if !std::io::stderr().is_terminal() {
@@ -70,6 +81,9 @@ impl TerminalProgress {
     }
 
     pub(crate) fn advance(&self, done: usize) {
+        if let Some(caller) = &self.caller {
+            let _ = caller.report(Event::Step { done });
+        }
         if let Some(bar) = self.bar.borrow().as_ref() {
             bar.set_position(done as u64);
         }

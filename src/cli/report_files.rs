@@ -1,6 +1,7 @@
 //! The report of a command: where it lies, and what it says of the files and of the command itself.
 
 use super::{
+    console,
     machine::has_extension,
     side_files::{file_name, hash_of},
 };
@@ -33,7 +34,10 @@ pub(super) fn command() -> String {
         let text = argument.to_string_lossy().into_owned();
         shlex::try_quote(&text).map_or_else(|_| text.clone(), std::borrow::Cow::into_owned)
     };
-    std::iter::once("glasswarp".to_owned()).chain(std::env::args_os().skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
+    std::iter::once("glasswarp".to_owned())
+        .chain(console::words().into_iter().map(quoted))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// A file, with its hash if that is known.

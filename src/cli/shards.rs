@@ -68,6 +68,7 @@ pub(crate) fn trace(
     tally.write(path, &bench_line(&hash, tracer.scene())).map_err(Failure::writing)?;
     say!("{}: part {} of {}", path.display(), plan.shard + 1, plan.shards);
     console::text(&text::tally::photons(&tally));
+    console::light("irradiance", &tally.image());
     let error = wanted.map(|wanted| judge_tally(&tally, wanted)).transpose()?;
     console::result(document::Result::Tally(tally_document(&tally, error)));
     Ok(error)
@@ -115,6 +116,7 @@ pub(crate) fn merge(args: &MergeArgs) -> Result<(), Failure> {
         tally.write(path, &bench).map_err(Failure::writing)?;
     }
     let image = tally.image();
+    console::light("irradiance", &image);
     let peak = image.values.iter().copied().fold(0.0, f64::max);
     for output in &args.output {
         IrradianceFile::of(output)?.write(output, &image, peak)?;

@@ -16,6 +16,7 @@ use crate::{
         pages::sweep::{curves, layers, table},
         text,
     },
+    solver::{Event, Progress},
     spec::{Quantity, Range},
     study::{
         design::Plan,
@@ -54,14 +55,22 @@ pub(crate) fn run(
     let mut points = Vec::new();
     let mut refused = None;
     console::text(&text::sweep::header(range.quantity));
-    for value in range.values(steps) {
-        match swept.at(range, value, pixels, &Machine, &fits) {
+    let values = range.values(steps);
+    let places = values.len();
+    for (done, value) in values.into_iter().enumerate() {
+        progress.begin("sweeping", places);
+        progress.advance(done);
+        let found = swept.at(range, value, pixels, (&Machine, &progress), &fits);
+        progress.finish();
+        match found {
             Ok(point) => {
                 console::text(&text::sweep::point(&point));
                 points.push(point);
             }
-            // Some benches cannot draw the picture; the others still can.
-            Err(failure @ (Failure::Refused(_) | Failure::Usage(_))) => {
+            // Some benches cannot draw the picture; the others still can, unless nobody waits for them.
+            Err(failure @ (Failure::Refused(_) | Failure::Usage(_)))
+                if progress.report(Event::Iteration).is_continue() =>
+            {
                 console::warn(format_args!("{} = {value}: {failure}", range.quantity.column()));
                 refused = Some(failure);
             }
@@ -80,6 +89,9 @@ pub(crate) fn run(
         points: points.iter().map(SweepPoint::document).collect(),
         files: outputs.iter().map(|(_, path)| path.display().to_string()).collect(),
     }));
+    for (name, image) in layers(range.quantity, &points) {
+        console::light(&name, image);
+    }
     for (kind, path) in outputs {
         kind.write(path, range.quantity, &points)?;
     }

@@ -376,8 +376,12 @@ fn verify(block: &Path, args: &FileArgs, keep: &mut dyn FnMut(document::Verify))
     // White is the brightest target, as on the wall.
     let brightest = imperfect.as_ref().map(|view| &view.target).or(examiner.target()).unwrap_or(&judgement.caustic);
     let peak = brightest.values.iter().copied().fold(0.0, f64::max);
+    let image = imperfect.as_ref().map_or(&judgement.caustic, |view| &view.image);
+    console::light("irradiance", image);
+    if let Some(target) = imperfect.as_ref().map(|view| &view.target).or(examiner.target()) {
+        console::light("target", target);
+    }
     for output in &args.output {
-        let image = imperfect.as_ref().map_or(&judgement.caustic, |view| &view.image);
         IrradianceFile::of(output)?.write(output, image, peak)?;
     }
     if let Some(path) = &report {
@@ -412,6 +416,9 @@ fn white(
 ) -> Result<WhiteLight, Failure> {
     let scene = examiner.scene_for(subject);
     let white = WhiteLight::of(subject, &scene, side.map(|side| &side.design), examiner.beams())?;
+    for (name, light) in ["red", "green", "blue"].into_iter().zip(&white.rgb) {
+        console::light(name, light);
+    }
     IrradianceFile::of(output)?.write_rgb(output, &white.rgb)?;
     console::text(&text::judgement::white(&white, &output.display().to_string()));
     Ok(white)

@@ -20,7 +20,7 @@ use crate::{
     pipeline::{self, DesignError, DesignedBlock},
     record::document,
     solid::{Blank, Rim, STANDARD_SHEETS_MM, Shape, Solid, SolidError, Stock},
-    solver::{Problem, Progress, Silent, SolveError, Solver},
+    solver::{Problem, Progress, Silent, Solution, SolveError, Solver},
     spec::{DRAWING_NODES, Host, Length, OFFSET, QualityName, Settings, SolverName, TransferName, name_of},
     surface::{Finish, HeightField},
     transport::{Quality, Transport, TransportOptions},
@@ -304,7 +304,7 @@ impl Plan {
             &Problem::new(&self.bench, &self.requirements.solver),
             self.nodes,
             solver.as_ref(),
-            &Blank::new(self.stock).with_shape(self.shape),
+            &self.blank(),
             progress,
         )
         .map(|mut block| {
@@ -328,6 +328,19 @@ impl Plan {
             }
             _ => Failure::refused(error),
         })
+    }
+
+    /// The block under a face that was found for this plan before, with everything that was said of
+    /// it.
+    ///
+    /// # Errors
+    /// Everything that makes no block of it.
+    pub fn close(&self, solution: Solution) -> Result<DesignedBlock, Failure> {
+        pipeline::close(solution, &self.bench, &self.blank()).map_err(Failure::refused)
+    }
+
+    fn blank(&self) -> Blank {
+        Blank::new(self.stock).with_shape(self.shape)
     }
 
     /// What the solver's memory goes by, for so many pixels and nodes along x and y.

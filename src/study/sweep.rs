@@ -10,11 +10,11 @@ use super::{
 use crate::{
     failure::Failure,
     record::{SideFile, document},
-    solver::{Progress, Silent},
+    solver::{Event, Progress},
     spec::{Host, Length, Quantity, Range},
 };
 use glasswarp_verify::{Geometry, Image, Scene, Surface, metrics};
-use std::{borrow::Cow, path::Path};
+use std::{borrow::Cow, ops::ControlFlow, path::Path};
 
 /// One place along the range.
 pub struct SweepPoint {
@@ -52,6 +52,15 @@ pub const SWEEP_VIEWS: [(&str, Surface, Geometry); 4] = [
     ("facets", Surface::Facets, Geometry::Displaced),
 ];
 
+/// Asks whether to go on within a step of a study, whose own stages are nobody's concern.
+struct Within<'a>(&'a dyn Progress);
+
+impl Progress for Within<'_> {
+    fn report(&self, _: Event<'_>) -> ControlFlow<()> {
+        self.0.report(Event::Iteration)
+    }
+}
+
 /// Blocks along a range: the design of a side file made anew at every place, or one block as it was
 /// built.
 pub enum Swept<'a> {
@@ -78,7 +87,7 @@ impl Swept<'_> {
         Ok(())
     }
 
-    /// What is seen at one place of a range. `approve` may refuse a plan before work is done for
+    /// What is seen at one place of a range. `progress` may end the work; `approve` may refuse a plan before work is done for
     /// it.
     ///
     /// # Errors
@@ -88,9 +97,10 @@ impl Swept<'_> {
         range: &Range,
         value: f64,
         pixels: usize,
-        host: &dyn Host,
+        (host, progress): (&dyn Host, &dyn Progress),
         approve: &dyn Fn(&Plan) -> Result<(), Failure>,
     ) -> Result<SweepPoint, Failure> {
+        let within = Within(progress);
         match self {
             Self::AsBuilt(piece) => {
                 let (ior, distance_mm) = match range.quantity {
@@ -113,9 +123,9 @@ impl Swept<'_> {
                     }
                     Quantity::Nodes => settings.nodes = Some(value as usize),
                 }
-                let plan = Plan::new(picture.to_path_buf(), settings, host, &Silent as &dyn Progress)?;
+                let plan = Plan::new(picture.to_path_buf(), settings, host, &within)?;
                 approve(&plan)?;
-                let block = plan.design(&Silent)?;
+                let block = plan.design(&within)?;
                 let subject = Subject::of(Cow::Owned(mesh_of(&block.solid, None)), "the block")?;
                 let target = plan.target_light(host)?;
                 let examiner = Examiner::new(plan.scene.clone(), Some(target.in_perfect_light()), pixels);

@@ -64,6 +64,18 @@ pub fn write_exr(path: &Path, image: &Image) -> Result<(), ImageFileError> {
 /// # Errors
 /// See [`ImageFileError`]; a name that is too long or not of the Latin alphabet cannot be encoded.
 pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), ImageFileError> {
+    write_whole(path, &exr_layers(path, images)?)
+}
+
+/// The bytes of the OpenEXR file of this name that [`write_exr`] would write.
+///
+/// # Errors
+/// See [`ImageFileError`].
+pub fn exr_bytes(path: &Path, image: &Image) -> Result<Vec<u8>, ImageFileError> {
+    exr_layers(path, &[("irradiance".to_owned(), image)])
+}
+
+fn exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<Vec<u8>, ImageFileError> {
     let failed = |reason: String| ImageFileError::Encode { path: path.into(), reason };
     let layers: Vec<_> = images
         .iter()
@@ -85,7 +97,7 @@ pub fn write_exr_layers(path: &Path, images: &[(String, &Image)]) -> Result<(), 
         .write()
         .to_buffered(&mut bytes)
         .map_err(|error| failed(error.to_string()))?;
-    write_whole(path, bytes.get_ref())
+    Ok(bytes.into_inner())
 }
 
 /// Writes an image as a 16-bit grey PNG, linear: `white` becomes 65535, and what is brighter is cut

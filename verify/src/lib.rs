@@ -102,4 +102,4 @@ pub use scene::{
     BeamProfile, Displacement, Emission, Fresnel, Geometry, IntensityTable, Light, Optics, Scene, SceneError,
     SourceExtent, Standing, Surface, Traversal, Window,
 };
-pub use trace::{End, RayPath, Row, RowBlock, Tracer};
+pub use trace::{End, RayEnd, RayExit, RayPath, RayTracer, Row, RowBlock, Tracer};

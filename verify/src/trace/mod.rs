@@ -5,6 +5,7 @@ mod block;
 mod facets;
 mod illumination;
 mod path;
+mod rays;
 mod receiver;
 mod reentry;
 mod refraction;
@@ -14,6 +15,7 @@ mod stand;
 mod tracer;
 
 pub(crate) use block::{FromFacet, RayRow};
-pub use path::{End, RayPath};
+pub use path::{End, RayEnd, RayExit, RayPath};
+pub use rays::RayTracer;
 pub use row::{Row, RowBlock};
 pub use tracer::Tracer;

@@ -1,6 +1,6 @@
 //! The ways of rays, and how they end.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// How the way of a ray ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,4 +45,34 @@ impl RayPath {
     pub(crate) const fn ended(end: End, transmittance: f64) -> Self {
         Self { end, transmittance, power: 1.0, block: 0, signature: 0 }
     }
+}
+
+/// What becomes of a ray that comes from any place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RayEnd {
+    /// It left the solid, and meets it no more.
+    Left,
+    /// It never met the solid.
+    Missed,
+    /// It is given up: after so many interfaces it is still in the glass, or still meets the solid.
+    Trapped,
+    /// Nowhere: the tracer failed. Never happens with a sound solid.
+    Lost,
+}
+
+/// Where a ray that comes from any place leaves a solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct RayExit {
+    /// How it ends.
+    pub how: RayEnd,
+    /// The last interface that it passed, or where it began, mm.
+    pub point_mm: DVec3,
+    /// Where it goes from there; of length 1.
+    pub direction: DVec3,
+    /// The part of its power that gets there, the rest being reflected on the way: 1 without
+    /// Fresnel's equations.
+    pub transmittance: f64,
+    /// Interfaces that it met.
+    pub interfaces: u32,
 }

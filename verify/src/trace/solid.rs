@@ -5,7 +5,7 @@ use super::{
     accel::{Crossing, SearchRay},
     facets::{Facets, Found, Place, Turns, rectangle},
     illumination::{Rays, SourceFlux},
-    path::{End, RayPath},
+    path::{End, RayEnd, RayExit, RayPath},
     receiver::Receiver,
     reentry::ReentryTest,
     refraction::{RefractionOutcome, reflect, refract},
@@ -30,6 +30,7 @@ pub(super) struct SolidTracer {
     receiver: Receiver,
     rays: Rays,
     lower: DVec3,
+    upper: DVec3,
     aperture: (DVec2, DVec2),
     /// How bright the light is, where that is not the same everywhere, and its mean over the
     /// aperture.
@@ -110,6 +111,7 @@ impl SolidTracer {
             receiver: Receiver::of(scene),
             rays,
             lower,
+            upper,
             aperture,
             strength,
             rectangle: rectangle(mesh, &floor),
@@ -118,6 +120,11 @@ impl SolidTracer {
             shades: mesh.normals.clone().filter(|_| scene.surface == Surface::Smooth),
             reentry: ReentryTest::new(mesh),
         })
+    }
+
+    /// The least and the greatest corner, mm.
+    pub(super) fn bounds(&self) -> (DVec3, DVec3) {
+        (self.lower, self.upper)
     }
 
     pub(super) fn aperture(&self) -> (DVec2, DVec2) {
@@ -155,6 +162,56 @@ impl SolidTracer {
                     None => return RayPath { signature, ..RayPath::ended(End::Lost, leg.power) },
                 },
             }
+        }
+    }
+
+    /// Follows a ray from any place to where it leaves the solid for good.
+    pub(super) fn ray(&self, origin: DVec3, direction: DVec3) -> RayExit {
+        let at_rest = Leg {
+            origin,
+            direction,
+            medium: Medium::Outside,
+            power: 1.0,
+            interfaces: 0,
+            reflections: 0,
+            partial: false,
+            from: None,
+        };
+        let mut leg = Leg { medium: self.medium_at(&at_rest), ..at_rest };
+        loop {
+            let end = match self.follow(&leg) {
+                Next::Ended(end) => end,
+                Next::Split { refracted, reflected } => match refracted.or(reflected) {
+                    Some(next) => {
+                        leg = next;
+                        continue;
+                    }
+                    None => End::Lost,
+                },
+            };
+            let how = match end {
+                End::Beside => RayEnd::Missed,
+                End::Lost => RayEnd::Lost,
+                // What did not come to an end in time is still in the glass, or goes in and out of it.
+                End::TotallyReflected | End::Side if leg.interfaces >= MOST_INTERFACES => RayEnd::Trapped,
+                _ => RayEnd::Left,
+            };
+            let Leg { origin: point_mm, direction, power: transmittance, interfaces, .. } = leg;
+            return RayExit { how, point_mm, direction, transmittance, interfaces };
+        }
+    }
+
+    /// Where a ray begins: in the glass if the first triangle before it faces away.
+    fn medium_at(&self, leg: &Leg) -> Medium {
+        let within = leg.origin.cmpge(self.lower).all() && leg.origin.cmple(self.upper).all();
+        if !within {
+            return Medium::Outside;
+        }
+        let first = |medium| self.search(&Leg { medium, interfaces: 1, ..*leg }).map(|found| found.crossing.t);
+        match (first(Medium::Outside), first(Medium::Glass)) {
+            (None, Some(_)) => Medium::Glass,
+            (Some(entering), Some(leaving)) if leaving < entering => Medium::Glass,
+            _ => Medium::Outside,
         }
     }
 
@@ -286,9 +343,8 @@ impl SolidTracer {
         // At a convex edge a ray in the glass may leave where it entered. A ray outside may not
         // enter where it left: it only touches the other face of that edge.
         let least_t = if leaves { -1e-9 } else { 1e-9 };
-        if leg.interfaces == 0
-            && let Some(found) = self.enter_rectangle(leg)
-        {
+        let arrives = leg.interfaces == 0 && !leaves;
+        if arrives && let Some(found) = self.enter_rectangle(leg) {
             return Some(found);
         }
         let ray = SearchRay::new(leg.origin, leg.direction);
@@ -296,7 +352,7 @@ impl SolidTracer {
         let mut found = None;
         if !above {
             found = self.floor.nearest(&ray, leaves, least_t, found, Place::Floor);
-            if found.is_some() && leg.interfaces == 0 {
+            if found.is_some() && arrives {
                 return found; // Nothing lies before the lowest plane.
             }
         }
@@ -327,11 +383,11 @@ impl SolidTracer {
     /// Where light first meets a floor that needs no search.
     #[inline]
     fn enter_rectangle(&self, leg: &Leg) -> Option<Found> {
-        let corners = self.rectangle.filter(|_| self.shades.is_none())?;
+        let corners = self.rectangle.filter(|_| self.shades.is_none() && leg.direction.z > 0.0)?;
         let t = (corners[0].z - leg.origin.z) / leg.direction.z;
         let at = (leg.origin + t * leg.direction).truncate();
         let within = at.cmpge(corners[0].truncate()).all() && at.cmple(corners[2].truncate()).all();
-        within.then(|| {
+        (within && t > 0.0).then(|| {
             let crossing = Crossing { t, weights: DVec3::splat(1.0 / 3.0), outwards: false };
             Found { triangle: 0, place: Place::Rectangle, crossing }
         })
