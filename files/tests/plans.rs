@@ -5,7 +5,10 @@ use std::{
     fs,
     io::Write as _,
     path::{Path, PathBuf},
-    sync::{Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 /// A plan is in force for the whole process: one test at a time.
@@ -39,6 +42,27 @@ impl Folder {
 
 fn write(path: &Path, text: &str) -> Result<(), WriteError> {
     write_atomically(path, |out| out.write_all(text.as_bytes()))
+}
+
+#[test]
+fn nothing_is_written_once_nobody_waits_for_it() {
+    let folder = Folder::new();
+    let wanted = Arc::new(AtomicBool::new(true));
+    let asked = Arc::clone(&wanted);
+    let plan = Plan::new(false).writes(folder.at("a")).writes(folder.at("b"));
+    plan.as_long_as(move || asked.load(Ordering::Relaxed)).approve().unwrap();
+    write(&folder.at("a"), "whole").unwrap();
+    // Also one that has begun.
+    let begun = write_atomically(&folder.at("b"), |out| {
+        wanted.store(false, Ordering::Relaxed);
+        out.write_all(b"whole")
+    });
+    assert!(begun.is_err() && !folder.at("b").exists());
+    let refused = write(&folder.at("b"), "whole").unwrap_err();
+    assert!(matches!(&refused, WriteError::Refused { refusal } if matches!(**refusal, PlanError::Unwanted { .. })));
+    assert_eq!(folder.says("a"), "whole");
+    approve(&[], &[], false).unwrap();
+    write(&folder.at("b"), "again").unwrap();
 }
 
 fn approve(inputs: &[&Path], outputs: &[&Path], force: bool) -> Result<(), PlanError> {

@@ -56,6 +56,9 @@ class Settings(TypedDict, total=False):
     #: A linear picture of the light on the entry face, or on the mirror, from edge to edge of the block and the same
     #: way round as the picture on the receiver: its unevenness is corrected for
     beam: Path
+    #: Let the block stand behind another one, in the light that comes through it: its file, its side file beside it,
+    #: and the air from its mean exit plane to the entry face: plate.stl,30mm
+    behind: Text
     #: Refractive index of the block [default: that of its material]
     ior: float
     #: Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED [default: 587.6nm,
@@ -209,6 +212,9 @@ class PreviewOptions(TypedDict, total=False):
     #: A linear picture of the light on the entry face, or on the mirror, from edge to edge of the block and the same
     #: way round as the picture on the receiver: its unevenness is corrected for
     beam: Path
+    #: Let the block stand behind another one, in the light that comes through it: its file, its side file beside it,
+    #: and the air from its mean exit plane to the entry face: plate.stl,30mm
+    behind: Text
     #: Refractive index of the block [default: that of its material]
     ior: float
     #: Wavelength that the block is designed for, 400nm to 700nm: that of a laser or a coloured LED [default: 587.6nm,
@@ -481,6 +487,9 @@ class CheckOptions(TypedDict, total=False):
     #: The stock is thicker by this, and the receiver stands at its distance from the entry face [default: 0.5mm]
     thickness_off_mm: Numbers
     thickness_off: Text
+    #: The block before this one stands aside by this along x and y, and nearer and further [default: 0.2mm]
+    place_off_mm: Numbers
+    place_off: Text
     #: Angular diameter of the light as seen from the block: sun (0.53deg), or 1.15deg for a torch of 20 mm a metre
     #: away. May be given several times [default: sun and 1.15deg]
     source_size: Union[Text, Sequence[Text]]

@@ -548,6 +548,24 @@ class Solver(Record):
 
 
 @dataclass(frozen=True)
+class Stack(Record):
+    """Plates in a row."""
+
+    #: The file that names them.
+    file: str
+    #: The plates, in the order of the light.
+    plates: tuple[Design, ...]
+
+
+@dataclass(frozen=True)
+class StackLight(Record):
+    """What was found of plates in a row."""
+
+    #: Every plate with those before it, in the order of the light.
+    plates: tuple[Verify, ...]
+
+
+@dataclass(frozen=True)
 class Sweep(Record):
     """Errors along a range."""
 
@@ -692,4 +710,4 @@ class White(Record):
 
 
 #: What commands return.
-RESULTS: tuple[type[Record], ...] = (Design, Verify, Preview, Tally, Sweep, Check, Mill, Program, Ready, Crosscheck, Coupon, Materials, Presets, Text)
+RESULTS: tuple[type[Record], ...] = (Design, Stack, Verify, StackLight, Preview, Tally, Sweep, Check, Mill, Program, Ready, Crosscheck, Coupon, Materials, Presets, Text)

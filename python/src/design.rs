@@ -14,6 +14,7 @@ use glasswarp::{
     solver::Solution,
     spec::{self, Host, Settings},
     study::{
+        behind,
         bench::{bench_document, bench_of},
         budget::mesh_of,
         design::Plan,
@@ -389,7 +390,7 @@ pub(crate) fn bench(py: Python<'_>, words: Vec<String>) -> PyResult<String> {
     let described = || -> Result<_, Failure> {
         let (settings, _) = spec::settings(Path::new(LIGHT), &flags, &Machine)?;
         // A square picture, and any thickness: none of these figures is theirs.
-        let bench = bench_of(&settings, 1.0, 10.0, &Machine)?;
+        let bench = bench_of(&settings, &behind::open(&settings, &Machine)?, 1.0, 10.0, &Machine)?;
         Ok(json!({
             "settings": settings,
             "size_mm": bench.block().width_mm,
