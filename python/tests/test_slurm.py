@@ -100,9 +100,9 @@ def slurm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
             pytest.fail(f"no node is up: {node.stdout}{node.stderr}\n{logs}")
         yield environment
     finally:
-        for one in reversed(running):
-            one.terminate()
-            one.wait()
+        for process in reversed(running):
+            process.terminate()
+            process.wait()
 
 
 def submitted(slurm: dict[str, str], folder: pathlib.Path, *words: str) -> str:
