@@ -14,14 +14,16 @@
 //! (s, c)`, and from `b` itself `l = P / Q` with `P = N_t . y + N_z D - b` and `Q = N_t . s + N_z c
 //! - 1`. Nothing is linearised about a plane.
 //!
-//! # A source at a finite distance
+//! # Light that is not parallel
 //!
-//! The phase is that of [`PointWave`](crate::light::PointWave), `W(X)` in place of `N . X`, with `N
-//! = grad W` at the point: `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are
+//! The phase is that of a congruence of rays ([`Congruence`](crate::light::Congruence): a source at a
+//! finite distance, or light that has passed known faces), `W(X)` in place of `N . X`, with `N =
+//! grad W` at the point: `l` is the root of `W(Y - l (s, c)) + l = b`. Its first derivatives are
 //! those of parallel light along the local `N`. So is the jacobian of the footprint, but for the
 //! factor `B` that measures flux: `A = B (I - e (x) dl/dy - l E grad grad b)`. Its variation has,
-//! besides, the terms by which `N` and `B` follow the point `X`. The reference is again the flat
-//! face, behind which the wave goes on as a wave of the same kind: `b = b_flat(y) + kappa u`.
+//! besides, the terms by which `N` and `B` follow the point `X`. The reference is the flat face,
+//! behind which the wave of a source goes on as a wave of the same kind, `b = b_flat(y) + kappa u`;
+//! of light that has passed known faces, that of its middle, parallel.
 //!
 //! The equation does not notice: `footprint_jacobian` has it all.
 //!

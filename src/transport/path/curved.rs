@@ -1,5 +1,5 @@
-//! The relation for a point source: what has no closed form, and the derivatives that parallel
-//! light lacks.
+//! The relation in light that is not parallel: what has no closed form, and the derivatives that
+//! parallel light lacks.
 
 use super::relation::{Arrived, CurvedLight, CurvedRay, Jet, OpticalPath, Ray, bend};
 use crate::light::{Congruence, Label, PointWave};
@@ -12,7 +12,7 @@ pub(super) struct FlatRay {
     pub(super) along: DVec2,
     /// Second derivatives of `b_flat` along the receiver, 1/mm.
     bend: DMat2,
-    /// `b_flat`, up to the constant of [`Arrival::phase_mm`], less the distance of the receiver.
+    /// `b_flat`, up to the constant of the phase, less the distance of the receiver.
     phase_mm: f64,
 }
 
