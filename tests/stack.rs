@@ -19,12 +19,15 @@ fn workshop() -> Workshop {
     let disc = |x: f64, y: f64| if (x - 0.35).hypot(y - 0.3) < 0.2 { 230.0 } else { 90.0 };
     let wave = |x: f64, y: f64| 128.0 + 90.0 * (9.0 * x + 4.0 * y * y).sin();
     let bars = |x: f64, y: f64| if (x > 0.2 && x < 0.4) || (y > 0.7 && x < 0.8) { 200.0 } else { 60.0 + 60.0 * x };
-    let pictures: [(&str, &dyn Fn(f64, f64) -> f64); 3] = [("a.png", &disc), ("b.png", &wave), ("c.png", &bars)];
-    for (name, light) in pictures {
-        let pixel = |x, y| Luma([light(f64::from(x) / 63.0, f64::from(y) / 63.0) as u8]);
-        GrayImage::from_fn(64, 64, pixel).save(workshop.path(name)).unwrap();
-    }
+    draw(&workshop, "a.png", disc);
+    draw(&workshop, "b.png", wave);
+    draw(&workshop, "c.png", bars);
     workshop
+}
+
+fn draw(workshop: &Workshop, name: &str, light: impl Fn(f64, f64) -> f64) {
+    let pixel = |x, y| Luma([light(f64::from(x) / 63.0, f64::from(y) / 63.0) as u8]);
+    GrayImage::from_fn(64, 64, pixel).save(workshop.path(name)).unwrap();
 }
 
 fn json(workshop: &Workshop, line: &str) -> Value {

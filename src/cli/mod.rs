@@ -86,9 +86,9 @@ enum Command {
     )]
     Design(Box<design::DesignArgs>),
     /// Look at what a picture would become, in a second or two
-    Preview(preview::PreviewArgs),
+    Preview(Box<preview::PreviewArgs>),
     /// Trace light through a block and judge the picture that it draws
-    Verify(verify::VerifyArgs),
+    Verify(Box<verify::VerifyArgs>),
     /// Say whether a block can be made, and what tolerances do to its picture
     Check(check::CheckArgs),
     /// Mill and polish a block in simulation, and judge every step

@@ -44,7 +44,6 @@ impl Congruence<'_> {
     }
 
     /// The same, found sooner from the ray through a point nearby.
-    #[inline(always)]
     pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&Arrival>) -> Option<Arrival> {
         match self {
             Self::Point(wave) => {
@@ -65,7 +64,6 @@ impl Congruence<'_> {
     }
 
     /// The ray through a point, from that through a point within [`near_mm`](Self::near_mm) of it.
-    #[inline(always)]
     pub(crate) fn moved(&self, from: Arrival, to: DVec3) -> Arrival {
         match (self, from) {
             (Self::Passed(wave), Arrival::Passed(at)) => Arrival::Passed(wave.moved(&at, to.truncate(), to.z)),
@@ -83,7 +81,6 @@ impl Congruence<'_> {
     }
 
     /// `dm/dX_t`: the curvature of the wave's trace on a plane across the axis, 1/mm.
-    #[inline(always)]
     pub(crate) fn bend(&self, arrival: &Arrival) -> DMat2 {
         match (self, arrival) {
             (Self::Point(wave), Arrival::Point(at)) => wave.bend(at),
@@ -93,7 +90,6 @@ impl Congruence<'_> {
     }
 
     /// How the label follows the point.
-    #[inline(always)]
     pub(crate) fn label(&self, arrival: &Arrival) -> Option<Label> {
         match (self, arrival) {
             (Self::Point(wave), Arrival::Point(at)) => Some(Label::Point(wave.footprint(at), wave.bend(at))),
@@ -144,7 +140,6 @@ impl Arrival {
 
 impl Label {
     /// `B`.
-    #[inline(always)]
     pub(crate) fn matrix(&self) -> DMat2 {
         match self {
             Self::Point(footprint, _) => footprint.matrix(),
@@ -153,7 +148,6 @@ impl Label {
     }
 
     /// Flux per area of a plane across the axis.
-    #[inline(always)]
     pub(super) fn density(&self) -> f64 {
         match self {
             Self::Point(footprint, _) => footprint.determinant(),
@@ -162,7 +156,6 @@ impl Label {
     }
 
     /// The derivatives of `sum_ij w_ij B_ij` with respect to `X_t`, and to `z` along the ray.
-    #[inline(always)]
     pub(crate) fn variation(&self, w: DMat2) -> (DVec2, f64) {
         match self {
             Self::Point(footprint, bend) => {

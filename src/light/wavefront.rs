@@ -77,7 +77,6 @@ impl Wavefront {
     }
 
     /// The ray through a point; none where no light can be. Found sooner from one nearby.
-    #[inline]
     pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&Crossing>) -> Option<Crossing> {
         let mut at = nearby.map_or(x, |nearby| {
             let miss = nearby.at + nearby.tangential * (z / nearby.axial) - x;
@@ -105,7 +104,6 @@ impl Wavefront {
 
     /// The ray through a point that is so close to another one's that the parabola of the phase is
     /// exact.
-    #[inline]
     pub(crate) fn moved(&self, from: &Crossing, x: DVec2, z: f64) -> Crossing {
         let Crossing { at, tangential: m, axial, hessian, .. } = *from;
         let miss = at + m * (z / axial) - x;
@@ -115,7 +113,6 @@ impl Wavefront {
     }
 
     /// The ray that crosses the plane at `at - step`.
-    #[inline(always)]
     fn along_parabola(&self, (at, phase, m, hessian): (DVec2, f64, DVec2, DMat2), step: DVec2, z: f64) -> Crossing {
         let turned = hessian * step;
         let tangential = m - turned;
@@ -125,7 +122,6 @@ impl Wavefront {
     }
 
     /// `dm/dX_t`, 1/mm.
-    #[inline]
     pub(crate) fn bend(&self, of: &Crossing) -> DMat2 {
         of.hessian * stretch(of.tangential, of.axial, &of.hessian, of.z_mm).inverse()
     }
@@ -138,7 +134,6 @@ impl Wavefront {
     }
 
     /// How the label follows the point.
-    #[inline]
     pub(crate) fn carried_label(&self, of: &Crossing) -> CarriedLabel {
         let [u, v] = [0, 1].map(|k| self.label[k].continued(of.at));
         let by_crossing = DMat2::from_cols(u.slope, v.slope).transpose();
@@ -162,7 +157,6 @@ impl CarriedLabel {
     /// The derivatives of `sum_ij w_ij B_ij` with respect to `X_t`, and to `z` along the ray. How `J`
     /// changes across the ray is left out: it is by the height of the relief over the size of its
     /// details less than what the label does.
-    #[inline]
     pub(crate) fn variation(&self, w: DMat2) -> (DVec2, f64) {
         let v = w * self.inverse.transpose();
         let rows = v.transpose();

@@ -51,7 +51,6 @@ impl SurfaceSpline {
     }
 
     /// The spline at a point, mm. Outside of the face its border polynomial continues.
-    #[inline]
     pub fn sample(&self, at: DVec2) -> SurfaceSample {
         let (nx, ny) = self.nodes();
         let position = (at - self.extent.lower()) * self.per_mm;
@@ -80,7 +79,6 @@ impl SurfaceSpline {
 
     /// The spline at a point, mm. Outside of the face the parabola at the nearest point of its border
     /// continues, which goes astray less than a cubic does.
-    #[inline]
     pub(crate) fn continued(&self, at: DVec2) -> SurfaceSample {
         let half = 0.5 * self.extent.as_vec();
         let nearest = at.clamp(-half, half);
