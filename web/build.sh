@@ -12,7 +12,7 @@ wasm=$CARGO_TARGET_DIR/wasm32-unknown-unknown/release/glasswarp_web.wasm
 [ -d node_modules/vite ] || npm ci --silent --no-audit --no-fund
 
 # What is inlined where everything is linked is limited: smaller, and no slower.
-small=(-Cllvm-args=-inline-threshold=10)
+small=(-Cllvm-args=-inline-threshold=5)
 (
     cd wasm
     # Memory that workers share, of which each thread has a part of its own. Made without cross-origin isolation it stays with one worker.
@@ -34,7 +34,7 @@ small=(-Cllvm-args=-inline-threshold=10)
     fi
 )
 cargo run --quiet --locked --package glasswarp-bindgen -- "$wasm" wasm/pkg
-npx wasm-opt -Oz --strip-debug --strip-producers --enable-simd --enable-threads --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
+npx wasm-opt --gufa-optimizing -Oz --converge --strip-debug --strip-producers --enable-simd --enable-threads --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
     --enable-mutable-globals --enable-multivalue --enable-reference-types wasm/pkg/glasswarp_web_bg.wasm -o wasm/pkg/glasswarp_web_bg.wasm
 
 npx tsc --noEmit

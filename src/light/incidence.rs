@@ -64,15 +64,18 @@ impl<'a> Incidence<'a> {
 impl Wave<'_> {
     #[inline(always)]
     fn at(&self, at: DVec3) -> Incoming {
-        let congruence = match self {
-            Self::Parallel(incoming) => return *incoming,
-            Self::Curved(congruence) => congruence,
-        };
-        let arrival = congruence.at(at.truncate(), at.z);
-        let known = arrival.and_then(|arrival| Some((arrival.incident(), congruence.label(&arrival)?.density())));
-        known.map_or(Incoming { direction: DVec3::NAN, density: 0.0 }, |(incident, density)| {
-            let direction = incident / congruence.index();
-            Incoming { direction, density: density / direction.z.abs() }
-        })
+        match self {
+            Self::Parallel(incoming) => *incoming,
+            Self::Curved(congruence) => of_congruence(congruence, at),
+        }
     }
+}
+
+fn of_congruence(congruence: &Congruence<'_>, at: DVec3) -> Incoming {
+    let arrival = congruence.at(at.truncate(), at.z);
+    let known = arrival.and_then(|arrival| Some((arrival.incident(), congruence.label(&arrival)?.density())));
+    known.map_or(Incoming { direction: DVec3::NAN, density: 0.0 }, |(incident, density)| {
+        let direction = incident / congruence.index();
+        Incoming { direction, density: density / direction.z.abs() }
+    })
 }

@@ -134,7 +134,6 @@ impl PointWave {
     }
 
     /// The same, found sooner from the wave at a point nearby.
-    #[inline(always)]
     pub(crate) fn near(&self, x: DVec2, z: f64, nearby: Option<&PointArrival>) -> Option<PointArrival> {
         let (d, n) = (self.air_mm, self.index);
         let depth = self.sense * (z - self.origin_mm);

@@ -22,7 +22,6 @@ const STEPS: usize = 30;
 impl OpticalPath<'_> {
     /// The reference: the light behind a flat face. That of a source is again that of a source, behind
     /// a plate; of light that has passed known faces it is that of its middle, parallel.
-    #[inline(always)]
     pub(super) fn flat_from(&self, light: &CurvedLight<'_>, y: DVec2) -> Option<FlatRay> {
         match &light.congruence {
             Congruence::Point(wave) => self.flat_from_point(wave, y),
