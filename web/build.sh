@@ -34,7 +34,7 @@ small=(-Cllvm-args=-inline-threshold=5)
     fi
 )
 cargo run --quiet --locked --package glasswarp-bindgen -- "$wasm" wasm/pkg
-npx wasm-opt --gufa-optimizing -Oz --converge --strip-debug --strip-producers --enable-simd --enable-threads --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
+npx wasm-opt -Oz --converge --strip-debug --strip-producers --enable-simd --enable-threads --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext \
     --enable-mutable-globals --enable-multivalue --enable-reference-types wasm/pkg/glasswarp_web_bg.wasm -o wasm/pkg/glasswarp_web_bg.wasm
 
 npx tsc --noEmit

@@ -1,7 +1,7 @@
 //! Opens the blocks that settings say stand before another one.
 
 use super::{
-    before::{self, Before},
+    before::{self, Before, ROWS},
     placement::{Expected, Placing, origin_of, place_block},
 };
 use crate::{
@@ -31,11 +31,14 @@ pub(super) fn refuse_spread(settings: &Settings) -> Result<(), Failure> {
 /// Files that cannot be read or hold no block, blocks without a side file or in light that does not
 /// go through several blocks, more blocks than can stand in a row.
 pub fn open(settings: &Settings, host: &dyn Host) -> Result<Before, Failure> {
-    if settings.behind.is_some() {
-        // What a preset says of the light, too.
-        check_file(settings)?;
-        refuse_spread(settings)?;
+    let Some(first) = &settings.behind else { return Ok(Before::default()) };
+    if !ROWS {
+        host.solid(&first.path)?;
+        return Err(Failure::Usage("no block can stand before another one here (`behind`)".into()));
     }
+    // What a preset says of the light, too.
+    check_file(settings)?;
+    refuse_spread(settings)?;
     let mut before = Before::default();
     let mut next = settings.behind.clone();
     while let Some(BeforeFile { path, gap }) = next.take() {
