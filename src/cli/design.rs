@@ -320,10 +320,10 @@ fn task(args: &DesignArgs, progress: &TerminalProgress) -> Result<Task, Failure>
     for map in &args.height_map {
         HeightMapFormat::from_path(map).map_err(Failure::refused)?;
     }
-    let into = |path: &PathBuf| args.out_dir.as_ref().map_or_else(|| path.clone(), |folder| folder.join(path));
-    let outputs: Vec<PathBuf> = outputs.iter().chain(&args.height_map).map(into).collect();
-    let programs: Vec<PathBuf> = programs.iter().map(into).collect();
-    let report = args.report.as_ref().map(into);
+    let within = |path: &PathBuf| args.within(path);
+    let outputs: Vec<PathBuf> = outputs.iter().chain(&args.height_map).map(within).collect();
+    let programs: Vec<PathBuf> = programs.iter().map(within).collect();
+    let report = args.report.as_ref().map(within);
     let report = report_files::path(report.as_deref(), args.no_report, &outputs[0])?;
     let inputs = [&args.picture, &picture].map(PathBuf::as_path);
     let with_pictures = args.pictures || args.out_dir.is_some();
@@ -368,6 +368,11 @@ pub(super) fn outputs(args: &DesignArgs, named: &Path, picture: &Path) -> Vec<Pa
 }
 
 impl DesignArgs {
+    /// Where an output lies.
+    pub(super) fn within(&self, output: &Path) -> PathBuf {
+        self.out_dir.as_ref().map_or_else(|| output.to_path_buf(), |folder| folder.join(output))
+    }
+
     /// Makes the folder of all files, if there is to be one.
     pub(super) fn make_folder(&self) -> Result<(), Failure> {
         self.out_dir.as_ref().map_or(Ok(()), |folder| {

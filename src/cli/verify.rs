@@ -25,6 +25,7 @@ use crate::{
     },
     spec::{Length, ProgramArgs, Range, Settings, Shard, SurfaceName, TransferName, WindowSize},
     study::{
+        before::Before,
         behind,
         bench::bench_document,
         budget::{self, BudgetStep},
@@ -239,17 +240,9 @@ fn verify_stack(plates: &[PathBuf], args: &FileArgs) -> Result<(), Failure> {
         )));
     }
     let mut found = Vec::new();
-    let mut fell_short = Ok(());
-    for (k, plate) in plates.iter().enumerate() {
-        say!("{}plate {} of {}", if k == 0 { "" } else { "\n" }, k + 1, plates.len());
-        match verify(plate, args, &mut |of_plate| found.push(of_plate)) {
-            // The others are looked at nevertheless.
-            Err(failure @ Failure::BelowThreshold(_)) => fell_short = fell_short.and(Err(failure)),
-            done => done?,
-        }
-    }
+    let short = stack::each(plates, PathBuf::as_path, |_, plate| verify(plate, args, &mut |seen| found.push(seen)))?;
     console::result(document::Result::StackLight(Box::new(document::StackLight { plates: found })));
-    fell_short
+    short.map_or(Ok(()), Err)
 }
 
 fn verify(block: &Path, args: &FileArgs, keep: &mut dyn FnMut(document::Verify)) -> Result<(), Failure> {
@@ -297,14 +290,16 @@ fn verify(block: &Path, args: &FileArgs, keep: &mut dyn FnMut(document::Verify))
     }
     let mut warnings = side.as_ref().map(|side| warnings(block, args, side)).unwrap_or_default();
     let progress = TerminalProgress::new();
-    let (target_light, offset) = target_light(args, side.as_ref(), &progress)?;
+    let before = behind::of_side(side.as_ref(), &Machine)?;
+    let known = side.as_ref().map(|side| (side, &before));
+    let (target_light, offset) = target_light(args, known, &progress)?;
     let target = target_light.as_ref().map(TargetLight::in_perfect_light);
     if args.max_error.is_some() && target.is_none() {
         return Err(Failure::Usage("--max-error needs a picture: name one with --target".into()));
     }
     let name = block.display().to_string();
     let opened = Opened::of(read_mesh(block)?, &name, expected(side.as_ref(), block), args.placing.placing())?;
-    let scene = scene(block, args, side.as_ref(), &opened.subject, target)?;
+    let scene = scene(block, args, known, &opened.subject, target)?;
     let (subject, moves) = opened.upright(&name, &scene, target)?;
     warnings.extend(moves);
     if report.is_some() && matches!(subject, Subject::Solid(_)) {
@@ -428,10 +423,10 @@ fn white(
 /// named.
 fn target_light(
     args: &FileArgs,
-    side: Option<&SideFile>,
+    side: Option<(&SideFile, &Before)>,
     progress: &TerminalProgress,
 ) -> Result<(Option<TargetLight>, Option<f64>), Failure> {
-    let design = side.map(|side| side.design.clone()).unwrap_or_default();
+    let design = side.map(|(side, _)| side.design.clone()).unwrap_or_default();
     let settings = Settings {
         picture: args.target.clone().or(design.picture.clone()),
         transfer: args.transfer.or(design.transfer),
@@ -449,15 +444,13 @@ fn target_light(
 fn scene(
     block: &Path,
     args: &FileArgs,
-    side: Option<&SideFile>,
+    side: Option<(&SideFile, &Before)>,
     subject: &Subject,
     target: Option<&Image>,
 ) -> Result<Scene, Failure> {
     let distance = args.distance.map(|length| length.mm);
     let missing = |_: &str| no_side_file(block);
-    let before = behind::of_side(side, &Machine)?;
-    let bench = side.map(|side| (side, &before));
-    let scene = scene_of_file(subject.block(), subject.size_mm(), bench, (args.ior, distance), &Machine, missing)?;
+    let scene = scene_of_file(subject.block(), subject.size_mm(), side, (args.ior, distance), &Machine, missing)?;
     Ok(match args.window {
         Some(WindowSize { width, height }) => with_window(scene, width.mm, height.map(|height| height.mm), target),
         None => scene,

@@ -31,8 +31,11 @@ impl Profile {
     /// side enters elsewhere than it leaves.
     ///
     /// # Errors
-    /// Factors that are no light, or leave a part of the block dark.
+    /// Factors that are no light, or leave a part of the block dark; a bench behind known faces.
     pub fn of(bench: &Bench, thickness_mm: f64, of: impl Fn(&Arriving) -> f64) -> Result<Self, ProfileError> {
+        if !bench.known_faces().is_empty() {
+            return Err(ProfileError::Passed);
+        }
         let (extent, n) = (bench.block(), NODES);
         let light = bench.even_incidence();
         let wave = bench.wave();

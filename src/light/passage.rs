@@ -116,6 +116,8 @@ const STEPS: usize = 40;
 const HIT_STEPS: usize = 30;
 /// A miss that is below rounding, mm.
 const NEGLIGIBLE_MM: f64 = 1e-11;
+/// A plane across the axis.
+const LEVEL: SurfaceSample = SurfaceSample { height_mm: 0.0, slope: DVec2::ZERO, curvature: [0.0; 3] };
 
 /// The wave behind known faces, of which there is at least one, around the plane `z = 0` of a block:
 /// the last face begins its glass.
@@ -134,7 +136,6 @@ pub(crate) fn passed(beginning: Beginning, faces: &[KnownFace], block: Extent) -
     let [nx, ny] = cells.map(|cells| cells + 1 + 2 * MARGIN);
     let extent = Extent::new(step.x * (nx - 1) as f64, step.y * (ny - 1) as f64);
     let way = Way { beginning, faces };
-    let start = way.start();
     let (mut phase, mut label_x, mut label_y) = (vec![0.0; nx * ny], vec![0.0; nx * ny], vec![0.0; nx * ny]);
     let rows = phase.par_chunks_mut(nx).zip(label_x.par_chunks_mut(nx).zip(label_y.par_chunks_mut(nx)));
     let inner: Vec<Inner> = rows
@@ -145,7 +146,7 @@ pub(crate) fn passed(beginning: Beginning, faces: &[KnownFace], block: Extent) -
             for i in 0..nx {
                 let at = extent.node(i, j, nx, ny);
                 let guess = nearby
-                    .map_or_else(|| start.label(at), |(before, known)| known.label + known.by_place * (at - before));
+                    .map_or_else(|| way.start(at), |(before, known)| known.label + known.by_place * (at - before));
                 let node = way.through(at, guess)?;
                 (phase[i], label_x[i], label_y[i]) = (node.phase_mm, node.label.x, node.label.y);
                 if at.abs().cmple(0.5 * size + 1e-9).all() {
@@ -245,16 +246,20 @@ struct Bundle {
     beside: (f64, usize),
 }
 
-/// The label of a place if no face had any power.
-struct Start {
-    beginning: Beginning,
-    /// From where the label of parallel light is counted, mm.
-    z_mm: f64,
-}
-
 impl Way<'_> {
-    fn start(&self) -> Start {
-        Start { beginning: self.beginning, z_mm: self.faces[0].z_mm }
+    /// The label of the ray to a place of the plane `z = 0`, if no face had any power.
+    fn start(&self, at: DVec2) -> DVec2 {
+        match self.beginning {
+            Beginning::Parallel(direction) => at + direction.truncate() * (self.faces[0].z_mm / direction.z),
+            Beginning::Point(from, intensity) => {
+                let direction = (at.extend(0.0) - from).normalize();
+                let m = direction.truncate();
+                match intensity {
+                    Intensity::Lambertian => m,
+                    Intensity::Isotropic => m * (2.0 / (1.0 + direction.z)).sqrt(),
+                }
+            }
+        }
     }
 
     /// The ray with a label, before the first face.
@@ -306,15 +311,13 @@ impl Way<'_> {
         for (k, face) in self.faces.iter().enumerate() {
             bundle = bundle.through(face, k).ok_or(k)?;
         }
-        let plane = SurfaceSample { height_mm: 0.0, slope: DVec2::ZERO, curvature: [0.0; 3] };
         let to = -bundle.at.z / bundle.direction.z;
-        Ok(bundle.moved(to, &plane))
+        Ok(bundle.moved(to, &LEVEL))
     }
 
     /// The ray that crosses `z = 0` at a place.
     fn through(&self, at_mm: DVec2, guess: DVec2) -> Result<Node, PassageError> {
         let mut label = guess;
-        let mut face = self.faces.len() - 1;
         for _ in 0..STEPS {
             let bundle = self.follow(label).map_err(|face| PassageError::Dark { face: face + 1, at_mm })?;
             let by_label = DMat2::from_cols(bundle.at_by[0].truncate(), bundle.at_by[1].truncate());
@@ -324,25 +327,9 @@ impl Way<'_> {
                 return Ok(Node { label, phase_mm: bundle.phase_mm, by_place, beside: bundle.beside });
             }
             label -= by_place * miss;
-            face = bundle.beside.1;
         }
-        Err(PassageError::Dark { face: face + 1, at_mm })
-    }
-}
-
-impl Start {
-    fn label(&self, at: DVec2) -> DVec2 {
-        match self.beginning {
-            Beginning::Parallel(direction) => at + direction.truncate() * (self.z_mm / direction.z),
-            Beginning::Point(from, intensity) => {
-                let direction = (at.extend(0.0) - from).normalize();
-                let m = direction.truncate();
-                match intensity {
-                    Intensity::Lambertian => m,
-                    Intensity::Isotropic => m * (2.0 / (1.0 + direction.z)).sqrt(),
-                }
-            }
-        }
+        // Every ray comes through, and none of them there.
+        Err(PassageError::Dark { face: self.faces.len(), at_mm })
     }
 }
 
@@ -417,7 +404,7 @@ impl KnownFace {
             })
         };
         match &self.shape {
-            FaceShape::Plane => Some(SurfaceSample { height_mm: 0.0, slope: DVec2::ZERO, curvature: [0.0; 3] }),
+            FaceShape::Plane => Some(LEVEL),
             &FaceShape::Sphere { radius_mm } => round(radius_mm, at),
             &FaceShape::Cylinder { radius_mm, along_x } => {
                 let across = if along_x { DVec2::Y } else { DVec2::X };

@@ -27,6 +27,11 @@ pub enum ProfileError {
         /// Flux there over its mean.
         share: f64,
     },
+    /// Light that passes other faces before the block, whose rays in air are not those of the block's own entry face.
+    #[error(
+        "light that comes through other faces first is spread by them, and no other profile is known behind them: leave it out"
+    )]
+    Passed,
     /// Too few values to interpolate.
     #[error("the picture of the beam has {nx} x {ny} pixels; at least 2 x 2 are needed")]
     TooSmall {

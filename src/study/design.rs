@@ -253,7 +253,7 @@ impl Plan {
             None => self.stock.leaving_at_least(self.stock.least_mm() + DRAFT_MM),
         };
         let mut overshoot_mm = 0.0;
-        let mut built_for_mm = f64::NAN;
+        let mut built_for_mm = None;
         // A skirt makes the relief deeper, a deeper relief takes a thicker sheet, and a thicker
         // sheet asks for more of a skirt.
         for _ in 0..SKIRTS {
@@ -264,10 +264,8 @@ impl Plan {
                 .leaving_at_least(self.stock.least_mm())
                 .faced(self.stock.facing_mm());
             // Light through other blocks takes a while.
-            let same = thickness_mm == built_for_mm;
-            if !same {
+            if built_for_mm.replace(thickness_mm) != Some(thickness_mm) {
                 self.bench = bench_of(&self.settings, &self.before, aspect, thickness_mm, host)?;
-                built_for_mm = thickness_mm;
             }
             overshoot_mm = pipeline::overshoot_mm(&surface, &self.bench, -thickness_mm);
             let enough = overshoot_mm <= self.shape.skirt_mm;

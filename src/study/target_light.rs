@@ -1,7 +1,7 @@
 //! The target irradiance as the verifier reads it, which must agree with the designer's reading.
 
 use super::{
-    behind,
+    before::Before,
     judge::{field_of, image_of},
     requirements::{Requirements, open_target},
 };
@@ -54,13 +54,14 @@ impl TargetLight {
         Ok(Self { picture, perfect: requirements.deconvolved.as_ref().map(|_| image_of(requirements.ideal.cells())) })
     }
 
-    /// The same for a block from a file, whose picture these settings name, by its side file.
+    /// The same for a block from a file, whose picture these settings name, by its side file,
+    /// with what stands before it.
     ///
     /// # Errors
     /// No picture, one that cannot be read, or that the two readers read otherwise.
     pub fn of_file(
         settings: &Settings,
-        side: Option<&SideFile>,
+        side: Option<(&SideFile, &Before)>,
         host: &dyn Host,
         progress: &dyn Progress,
     ) -> Result<Self, Failure> {
@@ -69,9 +70,8 @@ impl TargetLight {
         })?;
         let designers = open_target(picture, settings, settings.offset.unwrap_or(0.0), host)?;
         match side {
-            Some(side) => {
-                let (requirements, bench) =
-                    Requirements::of_side(designers, side, &behind::open(&side.design, host)?, host, progress)?;
+            Some((side, before)) => {
+                let (requirements, bench) = Requirements::of_side(designers, side, before, host, progress)?;
                 Self::of(picture, settings, &requirements, &bench, host)
             }
             None => Self::plain(picture, settings, &designers, host),

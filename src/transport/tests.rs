@@ -13,7 +13,7 @@ use crate::{
     forward::{Geometry, irradiance},
     grid::{Extent, Field, Outline},
     irradiance::TargetIrradiance,
-    light::{Intensity, Light, Profile},
+    light::{FaceShape, Intensity, KnownFace, Light, Profile},
     optim::Termination,
     solver::Silent,
     surface::SurfaceSpline,
@@ -526,4 +526,25 @@ fn the_manufacturable_variant_keeps_its_radius_without_folds_and_states_its_pric
     assert!(before < price, "{price} for {before}");
     within_tenth_of(0.022, price, format_args!("{price} for {before}"));
     assert!(soft.summary.warnings.iter().any(|w| w.contains("costs accuracy")), "{:?}", soft.summary.warnings);
+}
+
+#[test]
+fn a_curved_entry_face_hardly_costs_accuracy() {
+    let planar = bench(100.0, 100.0, 250.0, GLASS);
+    let target = picture(64, 64, 0.1);
+    let drawn = |bench: &Bench| {
+        let solution = Transport::default().solve(&Problem::new(bench, &target), (129, 129), &Silent).unwrap();
+        error(&solution, &target, bench)
+    };
+    within_tenth_of(0.00561, drawn(&planar), "planar");
+    for (shape, measured) in [
+        (FaceShape::Plane, 0.00564),
+        (FaceShape::Sphere { radius_mm: 300.0 }, 0.00610),
+        (FaceShape::Sphere { radius_mm: -300.0 }, 0.00620),
+        (FaceShape::Cylinder { radius_mm: 150.0, along_x: true }, 0.00607),
+    ] {
+        let what = format!("{shape:?}");
+        let bench = planar.clone().behind(vec![KnownFace { shape, z_mm: -15.0, index_behind: 1.5 }]).unwrap();
+        within_tenth_of(measured, drawn(&bench), what);
+    }
 }

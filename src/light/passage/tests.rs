@@ -73,7 +73,7 @@ fn rays_have_the_derivatives_that_differences_tell_and_cross_the_wave_at_right_a
     let mut worst = Worst::default();
     for (beginning, faces) in ways() {
         let way = Way { beginning, faces: &faces };
-        let label = way.start().label(DVec2::new(7.3, -4.1));
+        let label = way.start(DVec2::new(7.3, -4.1));
         let bundle = way.follow(label).unwrap();
         let step = 1e-4 * label.length();
         for (k, unit) in [DVec2::X, DVec2::Y].into_iter().enumerate() {
@@ -100,14 +100,14 @@ fn the_wave_is_that_of_its_rays_before_and_behind_its_plane() {
         let middle = wave.near(DVec2::ZERO, 0.0, None).unwrap();
         let scale = {
             let label = wave.carried_label(&middle).matrix().determinant();
-            let node = way.through(DVec2::ZERO, way.start().label(DVec2::ZERO)).unwrap();
+            let node = way.through(DVec2::ZERO, way.start(DVec2::ZERO)).unwrap();
             (label / node.by_place.determinant()).sqrt()
         };
         for (at, z) in [(DVec2::new(11.0, -7.0), 0.0), (DVec2::new(-21.3, 14.2), 1.3), (DVec2::new(28.0, -19.0), -2.1)]
         {
             let crossing = wave.near(at, z, None).unwrap();
             // The traced ray through the same point.
-            let node = way.through(crossing.at, way.start().label(crossing.at)).unwrap();
+            let node = way.through(crossing.at, way.start(crossing.at)).unwrap();
             let bundle = way.follow(node.label).unwrap();
             let incident = crossing.tangential.extend(crossing.axial);
             worst.see("direction", (incident - bundle.direction * bundle.index).length());

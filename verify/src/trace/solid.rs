@@ -61,6 +61,22 @@ struct Leg {
     from: Option<Place>,
 }
 
+impl Leg {
+    /// The first of a ray that begins outside.
+    fn outside(origin: DVec3, direction: DVec3) -> Self {
+        Self {
+            origin,
+            direction,
+            medium: Medium::Outside,
+            power: 1.0,
+            interfaces: 0,
+            reflections: 0,
+            partial: false,
+            from: None,
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Medium {
     Outside,
@@ -139,16 +155,7 @@ impl SolidTracer {
         let direction = self.rays.direction_at(start);
         // A little before the aperture, so that a face in its plane is met.
         let origin = start - before * direction;
-        Leg {
-            origin,
-            direction,
-            medium: Medium::Outside,
-            power: 1.0,
-            interfaces: 0,
-            reflections: 0,
-            partial: false,
-            from: None,
-        }
+        Leg::outside(origin, direction)
     }
 
     pub(super) fn path(&self, start: DVec2) -> RayPath {
@@ -167,17 +174,8 @@ impl SolidTracer {
 
     /// Follows a ray from any place to where it leaves the solid for good.
     pub(super) fn ray(&self, origin: DVec3, direction: DVec3) -> RayExit {
-        let at_rest = Leg {
-            origin,
-            direction,
-            medium: Medium::Outside,
-            power: 1.0,
-            interfaces: 0,
-            reflections: 0,
-            partial: false,
-            from: None,
-        };
-        let mut leg = Leg { medium: self.medium_at(&at_rest), ..at_rest };
+        let outside = Leg::outside(origin, direction);
+        let mut leg = Leg { medium: self.medium_at(&outside), ..outside };
         loop {
             let end = match self.follow(&leg) {
                 Next::Ended(end) => end,
