@@ -187,7 +187,7 @@ impl Bench {
     /// # Errors
     /// A direction that is not finite or does not reach the face from its own side.
     pub fn with_light_direction(self, direction: DVec3) -> Result<Self, BenchError> {
-        let unit = direction.normalize_or_zero();
+        let unit = unit_or_zero(direction);
         let towards = match self.exit_face {
             ExitFace::Refracts { .. } => unit.z,
             ExitFace::Reflects => -unit.z,
@@ -204,7 +204,7 @@ impl Bench {
     /// # Errors
     /// Those of [`with_light_direction`](Self::with_light_direction).
     pub fn with_light_in_air(self, direction: DVec3) -> Result<Self, BenchError> {
-        let unit = direction.normalize_or_zero();
+        let unit = unit_or_zero(direction);
         let tangential = unit.truncate() / self.exit_face.ior();
         let inside = tangential.extend((1.0 - tangential.length_squared()).sqrt().copysign(unit.z));
         self.with_light_direction(if unit == DVec3::ZERO { direction } else { inside })
@@ -426,6 +426,12 @@ fn length(what: &'static str, value_mm: f64, (least_mm, greatest_mm): (f64, f64)
     } else {
         Err(BenchError::Length { what, value_mm, least_mm, greatest_mm })
     }
+}
+
+/// The unit vector along `vector`, of length 1 to the last bits however short or long it is (the
+/// square of its own length could underflow); zero for none, and for one that is not finite.
+fn unit_or_zero(vector: DVec3) -> DVec3 {
+    (vector / vector.abs().max_element()).normalize_or_zero()
 }
 
 #[cfg(test)]

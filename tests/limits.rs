@@ -30,6 +30,7 @@ fn number() -> impl Strategy<Value = f64> {
         Just(f64::MAX),
         Just(-f64::MAX),
         Just(1e-9),
+        Just(1e-160),
         any::<f64>(),
         -1000.0..1000.0,
         0.5..300.0,

@@ -395,6 +395,7 @@ fn benches_that_cannot_be_are_refused_with_their_limit() {
     assert!(matches!(lit(&glass, Light::parallel(DVec3::NEG_Z)), SceneError::Light { towards: "+z", .. }));
     assert!(matches!(lit(&mirror, Light::parallel(DVec3::Z)), SceneError::Light { towards: "-z", .. }));
     assert!(matches!(lit(&mirror, Light::parallel(DVec3::NAN)), SceneError::Light { .. }));
+    assert!(matches!(lit(&glass, Light::parallel(1e-160 * DVec3::Z)), SceneError::Light { .. }));
     assert!(
         matches!(lit(&glass, Light::parallel(at_degrees(86.0))), SceneError::Tilt { degrees, .. } if degrees > 85.9)
     );

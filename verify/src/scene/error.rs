@@ -21,8 +21,9 @@ pub enum SceneError {
         /// Greatest accepted value.
         greatest: f64,
     },
-    /// The light does not come from the side that the optics ask for.
-    #[error("the light direction ({}, {}, {}) does not travel along {towards}", .direction.x, .direction.y, .direction.z)]
+    /// The light does not come from the side that the optics ask for, or its direction has no
+    /// length that can be told.
+    #[error("the light direction ({}, {}, {}) does not travel along {towards}, or has no length from 1e-100 to 1e100", .direction.x, .direction.y, .direction.z)]
     Light {
         /// The direction.
         direction: DVec3,

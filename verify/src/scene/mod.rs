@@ -213,7 +213,9 @@ impl Scene {
         match &self.light {
             &Light::Parallel { direction } => {
                 let along = sense * direction.normalize_or_zero().z;
-                if !direction.is_finite() || along.is_nan() || along <= 0.0 {
+                // The square of a lesser length loses digits, until none is left.
+                let has_length = (1e-100..1e100).contains(&direction.length());
+                if !has_length || along.is_nan() || along <= 0.0 {
                     let towards = if sense > 0.0 { "+z" } else { "-z" };
                     return Err(SceneError::Light { direction, towards });
                 }

@@ -55,7 +55,8 @@ impl RayTracer {
     /// the solid for good. It may begin in the glass. `direction` need not be of length 1; one
     /// without a length, or a place that is not finite, ends as [`RayEnd::Lost`].
     pub fn follow(&self, origin_mm: DVec3, direction: DVec3) -> RayExit {
-        let along = direction.normalize_or_zero();
+        // By its greatest component first, since the square of a length can underflow.
+        let along = (direction / direction.abs().max_element()).normalize_or_zero();
         let beginning = |how| RayExit { how, point_mm: origin_mm, direction: along, transmittance: 1.0, interfaces: 0 };
         if along == DVec3::ZERO || !origin_mm.is_finite() {
             return beginning(RayEnd::Lost);
@@ -169,5 +170,8 @@ mod tests {
         let missed = tracer.follow(DVec3::new(3.0, 0.0, -9.0), DVec3::Z);
         assert_eq!((missed.how, missed.point_mm), (RayEnd::Missed, DVec3::new(3.0, 0.0, -9.0)));
         assert_eq!(tracer.follow(DVec3::ZERO, DVec3::ZERO).how, RayEnd::Lost);
+        let short = tracer.follow(DVec3::ZERO, 1e-160 * DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(short.how, RayEnd::Left);
+        assert!((short.direction.length() - 1.0).abs() < 1e-14, "{short:?}");
     }
 }
