@@ -508,6 +508,25 @@ fn pictures_that_claim_more_than_their_bytes_and_pictures_that_vanish_are_refuse
     let height = exr.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4 + 4;
     exr[height..height + 4].copy_from_slice(&16_777_280_u32.to_le_bytes());
     refused(&exr, ["64 x 16777280 pixels", "larger than the file can hold"]);
+    // A display window of 16 million million pixels, of which 12 x 9 are there.
+    let mut exr = exr_picture(Compression::RLE, Blocks::ScanLines);
+    let name = b"displayWindow\0box2i\0";
+    let corner = exr.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4 + 8;
+    exr[corner..corner + 4].copy_from_slice(&3_999_999_i32.to_le_bytes());
+    exr[corner + 4..corner + 8].copy_from_slice(&3_999_999_i32.to_le_bytes());
+    let refused_by_designer = |bytes: &[u8], words: &str| {
+        let said = read_within(bytes).map(drop).expect_err(words).to_string();
+        assert!(said.contains(words), "{said}");
+    };
+    refused_by_designer(&exr, "4000000 x 4000000 pixels, of which it holds 12 x 9");
+    // A palette that ends within a colour.
+    let palette = corpus_of(&["png"]).into_iter().find(|png| png.windows(4).any(|w| w == b"PLTE")).unwrap();
+    let at = palette.windows(4).position(|w| w == b"PLTE").unwrap();
+    let length = u32::from_be_bytes(palette[at - 4..at].try_into().unwrap()) as usize;
+    let mut png = [&palette[..at + 4 + length], &[0], &palette[at + 4 + length..]].concat();
+    png[at - 4..at].copy_from_slice(&(length as u32 + 1).to_be_bytes());
+    mend_png(&mut png);
+    refused_by_designer(&png, "ends within a colour");
     let drawing = kinds_of(&["svg"]).into_iter().filter_map(|bytes| String::from_utf8(bytes).ok());
     let drawing = drawing.into_iter().find(|text| text.contains("<image ")).unwrap();
     let image = &drawing[drawing.find("<image ").unwrap()..];

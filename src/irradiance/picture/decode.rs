@@ -52,6 +52,10 @@ fn open_png(bytes: &[u8], allowed: u64) -> Result<Sheet<'_>, PictureError> {
     decoder.set_ignore_text_chunk(true);
     let mut reader = decoder.read_info().map_err(failed)?;
     let info = reader.info();
+    // The decoder believes that it is whole colours, and panics.
+    if info.palette.as_ref().is_some_and(|palette| palette.len() % 3 != 0) {
+        return Err(broken(Kind::Png)(&"its palette ends within a colour"));
+    }
     let chromaticity = |(x, y): (png::ScaledFloat, png::ScaledFloat)| DVec2::new(scaled(x), scaled(y));
     let says = if let Some(coded) = info.coding_independent_code_points.filter(|coded| {
         // Left open.

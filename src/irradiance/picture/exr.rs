@@ -76,6 +76,7 @@ pub(super) fn read(bytes: &mut [u8], request: &Request<'_>) -> Result<Reading, P
     if wanted.iter().any(|k| header.channels.list[*k].sampling != Vec2(1, 1)) {
         return Err(broken(&"its colours have fewer samples than pixels"));
     }
+    check_shown(size, data)?;
     (request.check)(size, (4 * wanted.len() as u64).saturating_mul(data.0 as u64).saturating_mul(data.1 as u64))?;
     let mut planes: Vec<Vec<f32>> = wanted.iter().map(|_| vec![0.0; data.0 * data.1]).collect();
     let whole = Vec2(0, 0);
@@ -128,6 +129,24 @@ pub(super) fn read(bytes: &mut [u8], request: &Request<'_>) -> Result<Reading, P
         }
     }
     Ok(Reading { canvas, size, layer: Some(layer.name).filter(|name| !name.is_empty()) })
+}
+
+/// What of a picture may lie beyond its data without a word, pixels, and as a multiple of them: nothing
+/// in a file pays for it.
+const SHOWN: u128 = 1 << 24;
+const SHOWN_PER_PIXEL: u128 = 64;
+
+/// Refuses a display window that is out of all proportion to the data.
+fn check_shown(shown: (usize, usize), data: (usize, usize)) -> Result<(), PictureError> {
+    let pixels = |(nx, ny): (usize, usize)| nx as u128 * ny as u128;
+    if pixels(shown) <= SHOWN.max(SHOWN_PER_PIXEL * pixels(data)) {
+        return Ok(());
+    }
+    let says = format!(
+        "it shows {} x {} pixels, of which it holds {} x {}; crop it in the program that made it",
+        shown.0, shown.1, data.0, data.1
+    );
+    Err(broken(&says))
 }
 
 fn primaries(of: &Chromaticities) -> Primaries {
