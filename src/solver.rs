@@ -9,7 +9,7 @@ mod error;
 mod problem;
 mod progress;
 
-pub use error::SolveError;
+pub use error::{SolveError, TwoFacesError};
 pub use problem::{FreeFaces, Problem, Target};
 pub use progress::{Event, Progress, Silent};
 
@@ -22,13 +22,22 @@ pub struct Solution {
     /// The exit face.
     pub exit: HeightField,
     /// The entry face, if it was free.
-    pub entry: Option<HeightField>,
+    pub entry: Option<EntryFace>,
     /// Where it is weak: the light of these faces as the solver sees it, one field for every target
     /// in its order, on the cells of the target as far as the nodes can draw it, mean 1 if none is
     /// lost. Empty from solvers that do not look at the light of their result.
     pub light: Vec<Field<f64>>,
     /// What the solver did.
     pub summary: Summary,
+}
+
+/// An entry face that is not planar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EntryFace {
+    /// Heights along +z over its mean plane.
+    pub surface: HeightField,
+    /// From its mean plane to that of the exit face, mm.
+    pub thickness_mm: f64,
 }
 
 impl Solution {
@@ -39,7 +48,7 @@ impl Solution {
 
     /// The same with the entry face that goes with it.
     #[must_use]
-    pub fn with_entry(self, entry: HeightField) -> Self {
+    pub fn with_entry(self, entry: EntryFace) -> Self {
         Self { entry: Some(entry), ..self }
     }
 

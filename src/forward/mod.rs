@@ -6,11 +6,14 @@
 //! verifier's, which shares nothing.
 
 mod splat;
+mod two_faces;
 
 use crate::{bench::Bench, grid::Field, light::Incoming, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use splat::{Corner, Film};
+
+pub(crate) use two_faces::{TwoFaces, View};
 
 /// Where on the block the light is taken to leave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +48,36 @@ pub struct Caustic {
     pub folded: f64,
     /// The rows and columns of those beams, ascending.
     pub folds: Vec<(usize, usize)>,
+}
+
+impl Caustic {
+    /// From the films of bands of rows of `nx` beams, each with its first row. They are added in
+    /// order.
+    fn of_bands(bands: &[(usize, Film)], cells: (usize, usize), nx: usize) -> Self {
+        let mut sum = vec![0.0; cells.0 * cells.1];
+        let (mut landed, mut outside, mut reflected, mut folded) = (0.0, 0.0, 0.0, 0.0);
+        let mut folds = Vec::new();
+        for (begin, film) in bands {
+            folds.extend(film.folds.iter().map(|&beam| (begin + beam as usize / nx, beam as usize % nx)));
+            film.add_to(&mut sum);
+            landed += film.landed;
+            outside += film.outside;
+            reflected += film.reflected;
+            folded += film.folded;
+        }
+        let total: f64 = landed + outside + reflected;
+        let mean = total / sum.len() as f64;
+        sum.iter_mut().for_each(|v| *v /= mean);
+        folds.sort_unstable();
+        folds.dedup();
+        Self {
+            irradiance: Field::from_vec(cells.0, cells.1, sum),
+            outside: outside / total,
+            reflected: reflected / total,
+            folded: folded / total,
+            folds,
+        }
+    }
 }
 
 /// The photon mesh: where on the receiver the beams' corners land, mm, for `nx` by `ny` corners
@@ -122,29 +155,7 @@ pub fn irradiance(
             (begin, Film::of_band(&corners, nx + 1, cells, whole, &pieces))
         })
         .collect();
-    let mut sum = vec![0.0; cells.0 * cells.1];
-    let (mut landed, mut outside, mut reflected, mut folded) = (0.0, 0.0, 0.0, 0.0);
-    let mut folds = Vec::new();
-    for (begin, film) in &bands {
-        folds.extend(film.folds.iter().map(|&beam| (begin + beam as usize / nx, beam as usize % nx)));
-        film.add_to(&mut sum);
-        landed += film.landed;
-        outside += film.outside;
-        reflected += film.reflected;
-        folded += film.folded;
-    }
-    let total: f64 = landed + outside + reflected;
-    let mean = total / sum.len() as f64;
-    sum.iter_mut().for_each(|v| *v /= mean);
-    folds.sort_unstable();
-    folds.dedup();
-    Caustic {
-        irradiance: Field::from_vec(cells.0, cells.1, sum),
-        outside: outside / total,
-        reflected: reflected / total,
-        folded: folded / total,
-        folds,
-    }
+    Caustic::of_bands(&bands, cells, nx)
 }
 
 /// The triangles, points of the block, mm, whose light is the beam in this column and row: two, or

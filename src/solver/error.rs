@@ -1,5 +1,83 @@
 use glam::{DVec2, DVec3};
 
+/// Why no two free faces draw two pictures.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TwoFacesError {
+    /// A bench for which two free faces are not solved for.
+    #[error("two free faces are solved for {able} only: {remedy}")]
+    Bench {
+        /// What is solved for.
+        able: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// Receivers in the wrong order.
+    #[error(
+        "the second picture's receiver, at {far_mm} mm, does not stand behind the first one's, at {near_mm} mm: give the nearer one first"
+    )]
+    Order {
+        /// Distances from the block, mm.
+        near_mm: f64,
+        /// The same.
+        far_mm: f64,
+    },
+    /// A thickness that no block has.
+    #[error("a block of {thickness_mm} mm; its thickness must lie between {least_mm} mm and {greatest_mm} mm")]
+    Thickness {
+        /// Between the mean planes, mm.
+        thickness_mm: f64,
+        /// Limits, mm.
+        least_mm: f64,
+        /// The same.
+        greatest_mm: f64,
+    },
+    /// The light between the receivers would leave the block beyond its border.
+    #[error(
+        "light that fills windows of these sizes would leave the block on {width_mm:.1} mm x {height_mm:.1} mm, more than the block: take a smaller first or a larger second window, or a larger block"
+    )]
+    Beyond {
+        /// Size of what is lit of the exit face, mm.
+        width_mm: f64,
+        /// The same.
+        height_mm: f64,
+    },
+    /// Light that gathers before the first receiver.
+    #[error(
+        "the light of these two pictures would gather before the first receiver (it keeps {margin:.2} of its width at the block, and less than nothing is a focus): move the second receiver from {far_mm:.0} mm to {wanted_mm:.0} mm or further, the first nearer to the block, or raise the offset"
+    )]
+    Focus {
+        /// The narrowest width of the light at the block, in units of that on the first receiver.
+        margin: f64,
+        /// Where the second receiver stands, mm.
+        far_mm: f64,
+        /// Where it would be well, mm.
+        wanted_mm: f64,
+    },
+    /// Faces that are too steep.
+    #[error(
+        "a block of {thickness_mm:.0} mm is too thin to carry the light of these two pictures from one face to the other: take one of {wanted_mm:.0} mm, or raise the offset"
+    )]
+    Thin {
+        /// Between the mean planes, mm.
+        thickness_mm: f64,
+        /// What would be well, mm.
+        wanted_mm: f64,
+    },
+    /// Faces that cut each other.
+    #[error(
+        "the two faces of a block of {thickness_mm:.0} mm would leave {glass_mm:.1} mm of glass at the thinnest place: take one of {wanted_mm:.0} mm, or raise the offset"
+    )]
+    Cuts {
+        /// Between the mean planes, mm.
+        thickness_mm: f64,
+        /// Least glass, mm; below nothing they cut.
+        glass_mm: f64,
+        /// What would be well, mm.
+        wanted_mm: f64,
+    },
+}
+
 /// Why no surface could be found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -105,6 +183,9 @@ pub enum SolveError {
         /// Most that the solver finds.
         limit: usize,
     },
+    /// Two pictures that two free faces cannot draw as asked.
+    #[error(transparent)]
+    TwoFaces(TwoFacesError),
     /// A grid that holds no picture, or whose indices nobody has tried.
     #[error(
         "the {solver} solver does not do height fields of {nx} x {ny} nodes (both must lie between {least} and {greatest})"

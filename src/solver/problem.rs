@@ -15,7 +15,7 @@ pub struct Target<'a> {
 }
 
 /// Which faces of the block a solver may choose; the others are planar, across the axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum FreeFaces {
     /// The exit face, or the face of a mirror: one picture can be drawn.
@@ -23,7 +23,10 @@ pub enum FreeFaces {
     Exit,
     /// Both faces of a block of glass: two pictures can be drawn, on receivers one behind the
     /// other.
-    EntryAndExit,
+    EntryAndExit {
+        /// Between the mean planes of both, mm.
+        thickness_mm: f64,
+    },
 }
 
 impl FreeFaces {
@@ -31,7 +34,7 @@ impl FreeFaces {
     pub const fn count(self) -> usize {
         match self {
             Self::Exit => 1,
-            Self::EntryAndExit => 2,
+            Self::EntryAndExit { .. } => 2,
         }
     }
 }

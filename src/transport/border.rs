@@ -9,7 +9,7 @@
 
 use super::{
     equation::{Equation, State},
-    path::Jet,
+    map::{Jet, Map},
     spline::{BorderSlopes, PathSpline},
 };
 use glam::DVec2;
@@ -41,7 +41,7 @@ pub(super) struct BorderRows {
 const CORNERS: [([usize; 2], [bool; 2]); 4] =
     [([0, 2], [false, false]), ([1, 2], [false, true]), ([0, 3], [true, false]), ([1, 3], [true, true])];
 
-impl Equation<'_> {
+impl<M: Map> Equation<'_, M> {
     /// Sets the border slopes so that the border of the window maps to the outline of the lens, and
     /// the ghosts.
     pub(super) fn fit_border(&self, state: &mut State) {
@@ -49,9 +49,9 @@ impl Equation<'_> {
         let smooth = !self.contour.is_rectangle();
         for _ in 0..if smooth { COUPLED_SWEEPS } else { SWEEPS } {
             let mut worst = self.each_border_node(state, |side, _, slope, jet, y| {
-                let Some(ray) = self.path.ray(y, jet.value, jet.slope) else { return 0.0 };
-                let (miss, normal) = self.miss(side, self.path.lens_point(y, &ray));
-                let by_slope = self.path.lens_point_variation(&ray, normal)[1 + side / 2];
+                let Some(ray) = self.map.ray(y, jet.value, jet.slope, None) else { return 0.0 };
+                let (miss, normal) = self.miss(side, self.map.point(y, &ray));
+                let by_slope = self.map.point_variation(&ray, normal)[1 + side / 2];
                 *slope -= miss / by_slope;
                 miss.abs()
             });
@@ -70,10 +70,10 @@ impl Equation<'_> {
         let mut rows = BorderRows { sides: [(); 4].map(|()| Vec::new()), corners: [None; 4], active: false };
         self.each_border_node(state, |side, _, _, jet, y| {
             let axis = side / 2;
-            let row = match self.path.ray(y, jet.value, jet.slope) {
+            let row = match self.map.ray(y, jet.value, jet.slope, None) {
                 Some(ray) => {
-                    let (_, normal) = self.miss(side, self.path.lens_point(y, &ray));
-                    let d = self.path.lens_point_variation(&ray, normal);
+                    let (_, normal) = self.miss(side, self.map.point(y, &ray));
+                    let d = self.map.point_variation(&ray, normal);
                     [-d[0] / d[1 + axis], -d[2 - axis] / d[1 + axis]]
                 }
                 None => [0.0; 2],
@@ -86,9 +86,9 @@ impl Equation<'_> {
             for (k, (sides, _)) in CORNERS.into_iter().enumerate() {
                 let (i, j) = corner_node(sides, self.grid.cells);
                 let (jet, y) = (state.spline.node_jet(i, j), self.grid.node(i, j));
-                rows.corners[k] = self.path.ray(y, jet.value, jet.slope).map(|ray| {
-                    let normal = self.contour.level(self.path.lens_point(y, &ray)).normal;
-                    (normal, self.path.lens_point_variation(&ray, normal))
+                rows.corners[k] = self.map.ray(y, jet.value, jet.slope, None).map(|ray| {
+                    let normal = self.contour.level(self.map.point(y, &ray)).normal;
+                    (normal, self.map.point_variation(&ray, normal))
                 });
             }
         }
@@ -127,13 +127,13 @@ impl Equation<'_> {
             let mut slope = continued(&state.slopes, sides, ends);
             let before = ends_of(&state.slopes, sides, ends);
             for _ in 0..CORNER_STEPS {
-                let Some(ray) = self.path.ray(y, value, slope) else { break };
-                let level = self.contour.level(self.path.lens_point(y, &ray));
-                let d = self.path.lens_point_variation(&ray, level.normal);
+                let Some(ray) = self.map.ray(y, value, slope, None) else { break };
+                let level = self.contour.level(self.map.point(y, &ray));
+                let d = self.map.point_variation(&ray, level.normal);
                 slope -= level.normal * (level.distance_mm / DVec2::new(d[1], d[2]).dot(level.normal));
             }
             // In mm on the lens, about.
-            worst = worst.max((slope - before).length() * self.path.distance_mm());
+            worst = worst.max((slope - before).length() * self.map.distance_mm());
             set_ends(&mut state.slopes, sides, ends, slope);
         }
         worst

@@ -1,7 +1,7 @@
 //! Carries the solution from the receiver to the heights of the lens: for every lens node, the
 //! point of the receiver that it lights, and from the path of that point the height.
 
-use super::{path::OpticalPath, spline::PathSpline};
+use super::{map::Face, spline::PathSpline};
 use crate::{
     bench::Bench,
     grid::{Contour, Extent, Field},
@@ -60,7 +60,7 @@ impl Carrier {
     }
 
     /// The heights at the lens's nodes.
-    pub(super) fn heights(&mut self, path: &OpticalPath<'_>, spline: &PathSpline) -> Carried {
+    pub(super) fn heights(&mut self, path: &impl Face, spline: &PathSpline) -> Carried {
         self.rasterise(path, spline);
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let (lens, outline) = (self.lens, self.outline);
@@ -72,17 +72,18 @@ impl Carrier {
             .enumerate()
             .map(|(j, (heights, landing))| {
                 let mut missed = 0;
+                let mut nearby = None;
                 for (i, (height, landing)) in heights.iter_mut().zip(landing).enumerate() {
                     let x = lens.node(i, j, nx, ny);
                     if outline.contains(x) {
-                        let (found, hit) = search(path, spline, x, landing, 0.0);
+                        let (found, hit) = search(path, spline, x, landing, 0.0, &mut nearby);
                         *height = found;
                         missed += usize::from(!hit);
                         continue;
                     }
                     *height = f64::NAN;
                     if outline.level(x).distance_mm < collar {
-                        let (found, hit) = search(path, spline, x, landing, BEYOND);
+                        let (found, hit) = search(path, spline, x, landing, BEYOND, &mut nearby);
                         *height = if hit { found } else { f64::NAN };
                     }
                 }
@@ -96,7 +97,7 @@ impl Carrier {
     /// it, and of several, and of the last call's landing point, the one whose oval forms the face
     /// (the Legendre guard where the image is folded). Without it a node next to a crease would
     /// stay on the side that it was on before the crease moved.
-    fn rasterise(&mut self, path: &OpticalPath<'_>, spline: &PathSpline) {
+    fn rasterise(&mut self, path: &impl Face, spline: &PathSpline) {
         let (nx, ny) = (self.landing.nx(), self.landing.ny());
         let grid = spline.grid;
         let (gx, gy) = grid.nodes();
@@ -107,10 +108,13 @@ impl Carrier {
             .enumerate()
             .map(|(j, row)| {
                 let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+                let mut nearby = None;
                 spline.row_jets(j, |i, jet| {
                     let y = grid.node(i, j);
-                    if let Some(ray) = path.ray(y, jet.value, jet.slope) {
-                        row[i] = (path.lens_point(y, &ray) - lower) / spacing;
+                    let ray = path.ray(y, jet.value, jet.slope, nearby.as_ref());
+                    nearby = ray.or(nearby);
+                    if let Some(ray) = ray {
+                        row[i] = (path.point(y, &ray) - lower) / spacing;
                         range = (range.0.min(row[i].y), range.1.max(row[i].y));
                     }
                 });
@@ -140,7 +144,7 @@ impl Carrier {
                             let start = &mut out[(row - first) * nx + column];
                             if start.is_finite() {
                                 let x = lens.node(column, row, nx, ny);
-                                let height = |p: DVec2| path.oval_height(x, grid.point(p), spline.jet(p).value);
+                                let height = |p: DVec2| path.oval_height(x, grid.point(p), spline.jet(p).value, None);
                                 if !path.forms_face(height(place), height(*start)) {
                                     return;
                                 }
@@ -232,7 +236,14 @@ fn fill_gaps(landing: &mut Field<DVec2>, undistorted: DVec2) {
 /// met on the way, since the face is their envelope; returned with it is whether the ray hit. It
 /// may go so many cells `beyond` the window.
 #[inline(always)]
-fn search(path: &OpticalPath<'_>, spline: &PathSpline, x: DVec2, landing: &mut DVec2, beyond: f64) -> (f64, bool) {
+fn search<F: Face>(
+    path: &F,
+    spline: &PathSpline,
+    x: DVec2,
+    landing: &mut DVec2,
+    beyond: f64,
+    nearby: &mut Option<F::Ray>,
+) -> (f64, bool) {
     let grid = spline.grid;
     let (least, most) = (DVec2::splat(-beyond), DVec2::new(grid.cells.0 as f64, grid.cells.1 as f64) + beyond);
     let mut at = landing.clamp(least, most);
@@ -241,13 +252,15 @@ fn search(path: &OpticalPath<'_>, spline: &PathSpline, x: DVec2, landing: &mut D
     for _ in 0..STEPS {
         let jet = if beyond > 0.0 { spline.jet_beyond(at) } else { spline.jet(at) };
         let y = grid.point(at);
-        let height = path.oval_height(x, y, jet.value);
+        let ray = path.ray(y, jet.value, jet.slope, nearby.as_ref());
+        *nearby = ray.or(*nearby);
+        let height = path.oval_height(x, y, jet.value, ray.as_ref());
         if best.0.is_nan() || path.forms_face(height, best.0) {
             best = (height, at);
         }
-        let Some(ray) = path.ray(y, jet.value, jet.slope) else { break };
-        let error = path.lens_point(y, &ray) - x;
-        let jacobian = path.lens_jacobian(&ray, &jet);
+        let Some(ray) = ray else { break };
+        let error = path.point(y, &ray) - x;
+        let jacobian = path.point_jacobian(&ray, &jet);
         if jacobian.determinant().abs() < 1e-12 {
             break;
         }

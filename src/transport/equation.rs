@@ -12,6 +12,7 @@
 //! `mu` absorbs the mismatch of total flux that the discretisation leaves.
 
 use super::{
+    map::Map,
     path::OpticalPath,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
 };
@@ -31,6 +32,10 @@ pub(super) struct State {
 }
 
 impl State {
+    pub(super) fn zero(grid: ReceiverGrid) -> Self {
+        Self { spline: PathSpline::zero(grid), slopes: BorderSlopes::zero(grid.cells), mu: 0.0 }
+    }
+
     /// Adds a constant to the unknown: the whole face moves along the axis.
     pub(super) fn shift(&mut self, by: f64) {
         self.spline.coefficients.as_mut_slice().par_chunks_mut(CHUNK).for_each(|c| c.iter_mut().for_each(|v| *v += by));
@@ -46,8 +51,8 @@ pub(super) type Row = [f32; 7];
 
 /// The equation on one grid.
 #[derive(Clone, Debug)]
-pub(super) struct Equation<'a> {
-    pub(super) path: OpticalPath<'a>,
+pub(super) struct Equation<'a, M> {
+    pub(super) map: M,
     pub(super) grid: ReceiverGrid,
     /// Target at the nodes, of trapezoidal mean 1.
     pub(super) light: &'a Field<f64>,
@@ -69,11 +74,19 @@ pub(super) struct Sums {
     pub(super) principal: [f64; 3],
 }
 
-impl<'a> Equation<'a> {
+impl<'a> Equation<'a, OpticalPath<'a>> {
+    /// That of one free face.
     pub(super) fn new(bench: &'a Bench, grid: ReceiverGrid, light: &'a Field<f64>) -> Self {
-        let (window, lens) = (bench.window().as_vec(), bench.block().as_vec());
+        Self::of(OpticalPath::new(bench), grid, light, bench.contour())
+    }
+}
+
+impl<'a, M: Map> Equation<'a, M> {
+    /// That of a map of the grid's rectangle onto the `contour`.
+    pub(super) fn of(map: M, grid: ReceiverGrid, light: &'a Field<f64>, contour: Contour) -> Self {
+        let (window, lens) = (grid.size_mm, contour.extent().as_vec());
         let unit = DMat2::from_cols(window.x / lens, window.y / lens);
-        Self { path: OpticalPath::new(bench), grid, light, unit, contour: bench.contour() }
+        Self { map, grid, light, unit, contour }
     }
 
     /// The residual at every node, and its sums; none if somewhere no ray exists.
@@ -100,25 +113,27 @@ impl<'a> Equation<'a> {
                 let mut sums = [0.0; 7];
                 let mut real = true;
                 let light = self.light.row(j);
+                let mut nearby = None;
                 state.spline.row_jets(j, |i, jet| {
                     let y = self.grid.node(i, j);
-                    let Some(ray) = self.path.ray(y, jet.value, jet.slope) else {
+                    let Some(ray) = self.map.ray(y, jet.value, jet.slope, nearby.as_ref()) else {
                         real = false;
                         return;
                     };
-                    let label = self.path.label(&ray);
-                    let a = self.scaled(self.path.footprint_jacobian(&ray, &jet, label.as_ref()));
-                    let (residual, slope, of_mu) = convex(a, light[i] * growth);
+                    nearby = Some(ray);
+                    let label = self.map.label(&ray);
+                    let a = self.scaled(self.map.jacobian(&ray, &jet, &label));
+                    let (residual, slope, of_mu) = convex(a, light[i] * growth * self.map.gain(&ray, &label));
                     out[i] = residual as f32;
                     let weight = trapezoid(i, nx) * trapezoid(j, ny);
-                    let (height, by_u) = self.path.height(y, &ray);
+                    let (height, by_u) = self.map.height(y, &ray);
                     sums[0] += residual * residual;
-                    let area = self.path.lens_area(&ray, &jet, light[i]);
+                    let area = self.map.area(&ray, &jet, light[i]);
                     sums[1] += weight * area * height;
                     sums[2] += weight * area * by_u;
                     sums[3] += weight * area;
                     if let Some(rows) = rows.as_deref_mut() {
-                        let d = self.path.footprint_variation(&ray, &jet, label.as_ref(), self.scaled(slope));
+                        let d = self.map.variation(&ray, &jet, &label, self.scaled(slope), of_mu);
                         rows[i] = [d[0], d[1], d[2], d[3], d[4], d[5], of_mu].map(|v| v as f32);
                         sums[4] += d[3];
                         sums[5] += d[5];

@@ -9,6 +9,7 @@ mod height;
 mod krylov;
 mod level;
 mod light;
+mod map;
 mod newton;
 mod options;
 mod path;
@@ -18,6 +19,7 @@ mod rounds;
 mod soften;
 mod spline;
 mod start;
+mod two_faces;
 mod uneven;
 mod unfold;
 
@@ -25,7 +27,7 @@ pub use options::{BlackFloor, Quality, TransportOptions, TransportOptionsError};
 
 use crate::{
     optim::Summary,
-    solver::{Problem, Progress, Solution, SolveError, Solver, check_nodes},
+    solver::{FreeFaces, Problem, Progress, Solution, SolveError, Solver, check_nodes},
 };
 use level::NAME;
 
@@ -63,8 +65,11 @@ impl Solver for Transport {
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
-        let (bench, target) = problem.single(NAME)?;
         check_nodes(NAME, nodes)?;
+        if let FreeFaces::EntryAndExit { thickness_mm } = problem.free_faces() {
+            return two_faces::Task::of(problem, thickness_mm)?.solve(&self.options, nodes, progress);
+        }
+        let (bench, target) = problem.single(NAME)?;
         let mut summary = Summary::default();
         start::check(bench)?;
         let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)

@@ -5,6 +5,7 @@ use super::{
     border::BorderRows,
     equation::{Equation, Row, State, Sums},
     krylov::Gmres,
+    map::Map,
     spline::{BorderSlopes, PathSpline},
 };
 use crate::{
@@ -94,7 +95,7 @@ impl Newton {
     /// See [`Halt`].
     pub(super) fn run(
         &mut self,
-        equation: &Equation,
+        equation: &Equation<'_, impl Map>,
         state: &mut State,
         criterion: Criterion,
         progress: &dyn Progress,
@@ -195,9 +196,9 @@ impl Newton {
 }
 
 /// Fits the border, moves the face to the mean height `height_mm`, and computes the residual.
-fn fit_and_recentre(equation: &Equation, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
+fn fit_and_recentre(equation: &Equation<'_, impl Map>, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
     // The last shifts are too small to see in the residual.
-    let tolerance = LEAST_SHIFT * equation.path.distance_mm();
+    let tolerance = LEAST_SHIFT * equation.map.distance_mm();
     for _ in 0..3 {
         equation.fit_border(state);
         let sums = equation.residual(state, residual)?;

@@ -39,8 +39,9 @@
 mod curved;
 mod relation;
 
-pub(super) use relation::{Jet, OpticalPath, Ray};
+pub(super) use relation::{OpticalPath, Ray};
 
+use super::map::{Face, Jet, Map};
 use crate::{
     bench::Bench,
     light::{Label, outer},
@@ -67,10 +68,6 @@ impl<'a> OpticalPath<'a> {
             flat_tangential: along(flat),
             curved: CurvedLight::of(bench),
         }
-    }
-
-    pub(super) fn distance_mm(&self) -> f64 {
-        self.receiver.distance_mm()
     }
 
     /// A direction with the given parts along the receiver and across it, in the frame of the
@@ -347,6 +344,83 @@ impl<'a> OpticalPath<'a> {
     #[inline(always)]
     pub(super) fn forms_face(&self, height: f64, other: f64) -> bool {
         if self.kappa > 0.0 { height > other } else { height < other }
+    }
+}
+
+impl Map for OpticalPath<'_> {
+    type Ray = Ray;
+    type Label = Option<Label>;
+
+    #[inline(always)]
+    fn ray(&self, y: DVec2, u: f64, slope: DVec2, _: Option<&Ray>) -> Option<Ray> {
+        self.ray(y, u, slope)
+    }
+
+    #[inline(always)]
+    fn point(&self, y: DVec2, ray: &Ray) -> DVec2 {
+        self.lens_point(y, ray)
+    }
+
+    fn point_variation(&self, ray: &Ray, along: DVec2) -> [f64; 3] {
+        self.lens_point_variation(ray, along)
+    }
+
+    #[inline(always)]
+    fn label(&self, ray: &Ray) -> Option<Label> {
+        self.label(ray)
+    }
+
+    #[inline(always)]
+    fn jacobian(&self, ray: &Ray, jet: &Jet, label: &Option<Label>) -> DMat2 {
+        self.footprint_jacobian(ray, jet, label.as_ref())
+    }
+
+    /// The light before is even in the coordinates of the footprint, and what is wanted is told for
+    /// every node.
+    #[inline(always)]
+    fn gain(&self, _: &Ray, _: &Option<Label>) -> f64 {
+        1.0
+    }
+
+    #[inline(always)]
+    fn variation(&self, ray: &Ray, jet: &Jet, label: &Option<Label>, w: DMat2, _: f64) -> [f64; 6] {
+        self.footprint_variation(ray, jet, label.as_ref(), w)
+    }
+
+    #[inline(always)]
+    fn height(&self, y: DVec2, ray: &Ray) -> (f64, f64) {
+        self.height(y, ray)
+    }
+
+    #[inline(always)]
+    fn area(&self, ray: &Ray, jet: &Jet, light: f64) -> f64 {
+        self.lens_area(ray, jet, light)
+    }
+
+    fn distance_mm(&self) -> f64 {
+        self.receiver.distance_mm()
+    }
+}
+
+impl Face for OpticalPath<'_> {
+    #[inline(always)]
+    fn point_jacobian(&self, ray: &Ray, jet: &Jet) -> DMat2 {
+        self.lens_jacobian(ray, jet)
+    }
+
+    #[inline(always)]
+    fn oval_height(&self, x: DVec2, y: DVec2, u: f64, _: Option<&Ray>) -> f64 {
+        self.oval_height(x, y, u)
+    }
+
+    #[inline(always)]
+    fn oval_gradient(&self, x: DVec2, y: DVec2, height_mm: f64, ray: &Ray) -> DVec2 {
+        self.oval_gradient(x, y, height_mm, ray)
+    }
+
+    #[inline(always)]
+    fn forms_face(&self, height: f64, other: f64) -> bool {
+        self.forms_face(height, other)
     }
 }
 

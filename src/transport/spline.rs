@@ -1,8 +1,11 @@
 //! The unknown as a bicubic B-spline on the receiver: coefficients on its nodes and one ring of
 //! ghosts around them.
 
-use super::path::Jet;
-use crate::{bench::Bench, grid::Field};
+use super::map::Jet;
+use crate::{
+    bench::Bench,
+    grid::{Extent, Field},
+};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -13,6 +16,8 @@ pub(super) struct ReceiverGrid {
     pub(super) cells: (usize, usize),
     origin: DVec2,
     pub(super) spacing: DVec2,
+    /// Size of the rectangle, mm.
+    pub(super) size_mm: DVec2,
 }
 
 impl ReceiverGrid {
@@ -22,7 +27,14 @@ impl ReceiverGrid {
             cells,
             origin: bench.window_centre_mm() + window.lower(),
             spacing: window.as_vec() / DVec2::new(cells.0 as f64, cells.1 as f64),
+            size_mm: window.as_vec(),
         }
+    }
+
+    /// Nodes that span another rectangle around the axis.
+    pub(super) fn across(extent: Extent, cells: (usize, usize)) -> Self {
+        let spacing = extent.as_vec() / DVec2::new(cells.0 as f64, cells.1 as f64);
+        Self { cells, origin: extent.lower(), spacing, size_mm: extent.as_vec() }
     }
 
     /// Nodes along x and y.
@@ -34,6 +46,12 @@ impl ReceiverGrid {
     #[inline(always)]
     pub(super) fn point(&self, position: DVec2) -> DVec2 {
         self.origin + position * self.spacing
+    }
+
+    /// A point on the receiver, mm, as a position in units of nodes.
+    #[inline(always)]
+    pub(super) fn position(&self, point: DVec2) -> DVec2 {
+        (point - self.origin) / self.spacing
     }
 
     #[inline(always)]

@@ -3,7 +3,7 @@
 use super::{
     equation::Equation,
     newton::{Criterion, Newton},
-    path::Jet,
+    map::Jet,
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
     *,
 };
@@ -104,7 +104,7 @@ fn manufactured(bench: &Bench, y: DVec2) -> Jet {
 fn manufactured_light(bench: &Bench, grid: ReceiverGrid) -> (Field<f64>, f64) {
     let (nx, ny) = grid.nodes();
     let blank = Field::filled(nx, ny, 1.0);
-    let path = Equation::new(bench, grid, &blank).path;
+    let path = Equation::new(bench, grid, &blank).map;
     let ray = |i, j| {
         let jet = manufactured(bench, grid.node(i, j));
         (path.ray(grid.node(i, j), jet.value, jet.slope).unwrap(), jet)
@@ -435,7 +435,7 @@ fn the_face_is_the_envelope_of_all_ovals_wherever_the_search_starts() {
         let solved =
             pyramid::solve(&TransportOptions::default(), &bars(40), &bench, nodes, &Silent, &mut summary).unwrap();
         let (grid, spline) = (solved.grid, &solved.state.spline);
-        let path = Equation::new(&bench, grid, &solved.light).path;
+        let path = Equation::new(&bench, grid, &solved.light).map;
         let mut carrier = carry::Carrier::new(bench.contour(), nodes);
         // A first use leaves the landing points of a flat face behind.
         carrier.heights(&path, &start::plain(&bench, grid).spline);

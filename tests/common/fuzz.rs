@@ -2,8 +2,8 @@
 //! refuse, or read in bounded memory.
 //!
 //! Each target sees [`cases`] damaged files: some thousands by default,
-//! `GLASSWARP_FUZZ_CASES=1000000` for a long run. The same number always gives the same files; a
-//! failure names the case and keeps its file.
+//! `GLASSWARP_FUZZ_CASES=1000000` for a long run, `GLASSWARP_FUZZ_FROM=500000` for the rest of one.
+//! The same number always gives the same files; a failure names the case and keeps its file.
 
 use cpu_time::ProcessTime;
 use peak_alloc::PeakAlloc;
@@ -81,11 +81,15 @@ pub(crate) fn timed<T>(length: usize, read: impl Fn() -> T) -> (T, Duration) {
 
 /// Files per target.
 pub(crate) fn cases(default: usize) -> usize {
-    env::var("GLASSWARP_FUZZ_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(default)
+    number("GLASSWARP_FUZZ_CASES").unwrap_or(default)
+}
+
+fn number(variable: &str) -> Option<usize> {
+    env::var(variable).ok()?.parse().ok()
 }
 
 impl Target<'_> {
-    /// Reads the corpus and `cases` damaged files.
+    /// Reads the corpus and `cases` damaged files, from the first on if nothing else is said.
     ///
     /// # Panics
     /// If the reader panics, takes more memory or time than it may, or refuses a file of the
@@ -105,7 +109,8 @@ impl Target<'_> {
             *PLACE.lock().unwrap_or_else(PoisonError::into_inner) = place;
         }));
         let (mut taken, mut greatest, mut slowest, mut findings) = (0, 0, (Duration::ZERO, 0), Vec::new());
-        for case in 0..cases {
+        let first = number("GLASSWARP_FUZZ_FROM").unwrap_or(0);
+        for case in first..first + cases {
             let file = self.damaged(case);
             let ((outcome, mut peak), took) = timed(file.len(), || self.try_one(&file, &read));
             // What another thread holds meanwhile shall not count either.

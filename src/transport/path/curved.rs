@@ -1,7 +1,8 @@
 //! The relation in light that is not parallel: what has no closed form, and the derivatives that
 //! parallel light lacks.
 
-use super::relation::{Arrived, CurvedLight, CurvedRay, Jet, OpticalPath, Ray, bend};
+use super::relation::{Arrived, CurvedLight, CurvedRay, OpticalPath, Ray, bend};
+use crate::transport::map::Jet;
 use crate::light::{Congruence, Label, PointWave};
 use glam::{DMat2, DVec2, DVec3};
 

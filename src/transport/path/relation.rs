@@ -3,24 +3,9 @@
 use crate::{
     bench::{Bench, Receiver},
     light::{Arrival, Congruence, outer},
+    transport::map::Jet,
 };
 use glam::{DMat2, DMat3, DVec2, DVec3};
-
-/// Value and derivatives of the unknown `u` at a point of the receiver, u in mm.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Jet {
-    pub(crate) value: f64,
-    pub(crate) slope: DVec2,
-    /// `u_xx, u_xy, u_yy`.
-    pub(crate) curvature: [f64; 3],
-}
-
-impl Jet {
-    pub(crate) fn hessian(&self) -> DMat2 {
-        let [xx, xy, yy] = self.curvature;
-        DMat2::from_cols(DVec2::new(xx, xy), DVec2::new(xy, yy))
-    }
-}
 
 /// The relation for one bench; see the [module](super).
 #[derive(Clone, Copy, Debug)]

@@ -1,0 +1,137 @@
+//! Whether two pictures can be drawn from two receivers so far apart by a block so thick, and what
+//! would make them possible.
+
+use super::{Solved, Task};
+use crate::{
+    solver::{SolveError, TwoFacesError},
+    transport::{map::Map, spline::PathSpline},
+};
+use glam::DMat2;
+use rayon::prelude::*;
+
+/// What is left at the exit face of the narrowest stretch of the light, at least: 0 is a focus on the
+/// face.
+const LEAST_MARGIN: f64 = 0.05;
+/// The margin that is advised.
+const GOOD_MARGIN: f64 = 0.4;
+/// Least glass along a ray, as a share of the thickness.
+const LEAST_GLASS: f64 = 0.02;
+/// Steepest slope of a face.
+const MOST_SLOPE: f64 = 2.0;
+/// The slope that is advised.
+const GOOD_SLOPE: f64 = 0.5;
+
+/// What a solution on some grid leaves.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Margins {
+    /// The narrowest stretch of the light between the first receiver and the exit face: less than 1
+    /// where it gathers towards the block.
+    pub(super) stretch: f64,
+    /// Steepest slope of the exit face.
+    pub(super) slope: f64,
+    /// Least glass along the axis over a ray, mm.
+    pub(super) glass_mm: f64,
+    /// Highest point of the exit face, mm.
+    pub(super) highest_mm: f64,
+}
+
+impl Solved {
+    /// What the rays of all nodes leave; none where there is no ray.
+    pub(super) fn margins(&self, task: &Task<'_>) -> Option<Margins> {
+        let map = self.exit_map(task);
+        let spline = &self.exit.state.spline;
+        let (_, ny) = spline.grid.nodes();
+        let rows: Option<Vec<Margins>> = (0..ny)
+            .into_par_iter()
+            .map(|j| {
+                let (mut row, mut real, mut nearby) = (Margins::NONE, true, None);
+                spline.row_jets(j, |i, jet| match map.ray(spline.grid.node(i, j), jet.value, jet.slope, nearby.as_ref()) {
+                    Some(ray) => {
+                        row = row.with(&map.margins(&ray));
+                        nearby = Some(ray);
+                    }
+                    None => real = false,
+                });
+                real.then_some(row)
+            })
+            .collect();
+        Some(rows?.iter().fold(Margins::NONE, |all, row| all.with(row)))
+    }
+}
+
+impl Margins {
+    const NONE: Self =
+        Self { stretch: f64::INFINITY, slope: 0.0, glass_mm: f64::INFINITY, highest_mm: f64::NEG_INFINITY };
+
+    fn with(self, other: &Self) -> Self {
+        Self {
+            stretch: self.stretch.min(other.stretch),
+            slope: self.slope.max(other.slope),
+            glass_mm: self.glass_mm.min(other.glass_mm),
+            highest_mm: self.highest_mm.max(other.highest_mm),
+        }
+    }
+}
+
+/// The lesser stretch of a jacobian that is nearly symmetric.
+pub(super) fn narrowest(stretch: DMat2) -> f64 {
+    let (trace, determinant) = (stretch.x_axis.x + stretch.y_axis.y, stretch.determinant());
+    0.5 * (trace - (trace * trace - 4.0 * determinant).max(0.0).sqrt())
+}
+
+impl Task<'_> {
+    /// Refuses what a coarse solution shows to be impossible, before the finer ones.
+    ///
+    /// # Errors
+    /// [`TwoFacesError`], with what would make it possible.
+    pub(super) fn check(&self, solved: &Solved, converged: bool) -> Result<(), SolveError> {
+        let phase = &solved.phase.state.spline;
+        if self.margin(phase) < LEAST_MARGIN {
+            return Err(self.too_near(phase));
+        }
+        let Some(margins) = solved.margins(self) else { return Err(self.too_thin(f64::INFINITY)) };
+        tracing::debug!(?margins, converged, "what two free faces leave");
+        if margins.highest_mm >= self.distances_mm[0] {
+            return Err(SolveError::ReachesReceiver {
+                height_mm: margins.highest_mm,
+                distance_mm: self.distances_mm[0],
+            });
+        }
+        if !converged || margins.slope > MOST_SLOPE {
+            return Err(self.too_thin(margins.slope));
+        }
+        if margins.glass_mm < LEAST_GLASS * self.thickness_mm {
+            return Err(self.cuts(margins.glass_mm));
+        }
+        Ok(())
+    }
+
+    /// What is left at the mean exit plane of the narrowest stretch of the light.
+    fn margin(&self, phase: &PathSpline) -> f64 {
+        let (nx, ny) = phase.grid.nodes();
+        let solved = |k: usize| super::outgoing::stretch(&phase.node_jet(k % nx, k / nx), self.distances_mm[0]);
+        (0..nx * ny).map(|k| narrowest(solved(k))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// That light gathers too much before the first receiver.
+    pub(super) fn too_near(&self, phase: &PathSpline) -> SolveError {
+        let [near_mm, far_mm] = self.distances_mm;
+        let margin = self.margin(phase);
+        // 1 - margin is the distance over that between the receivers, times what the pictures ask for.
+        let wanted_mm = near_mm + (far_mm - near_mm) * (1.0 - margin) / (1.0 - GOOD_MARGIN);
+        SolveError::TwoFaces(TwoFacesError::Focus { margin, far_mm, wanted_mm })
+    }
+
+    /// That the faces would be too steep.
+    fn too_thin(&self, slope: f64) -> SolveError {
+        // Slopes are inverse to the thickness.
+        let wanted_mm = self.thickness_mm * (slope / GOOD_SLOPE).clamp(2.0, 10.0);
+        SolveError::TwoFaces(TwoFacesError::Thin { thickness_mm: self.thickness_mm, wanted_mm })
+    }
+
+    /// That one face would cut the other.
+    pub(super) fn cuts(&self, glass_mm: f64) -> SolveError {
+        let wanted_mm = self.thickness_mm - glass_mm.min(0.0) + 0.1 * self.thickness_mm;
+        SolveError::TwoFaces(TwoFacesError::Cuts { thickness_mm: self.thickness_mm, glass_mm, wanted_mm })
+    }
+}
