@@ -61,6 +61,22 @@ fn solid(surface: &HeightField, shape: Shape) -> Solid {
     Solid::shaped(surface, Stock::of_thickness(12.0), shape).unwrap()
 }
 
+/// A block with a sphere for its entry face, aside of the axis, that bulges towards the light or away
+/// from it.
+fn lens(surface: &HeightField, radius_mm: f64, origin: Origin) -> Solid {
+    let (nodes, extent) = (surface.heights_mm(), surface.extent());
+    let sphere = Field::from_fn(nodes.nx(), nodes.ny(), |i, j| {
+        let at = extent.node(i, j, nodes.nx(), nodes.ny()) - DVec2::new(3.0, -2.0);
+        -(radius_mm * radius_mm - at.length_squared()).sqrt().copysign(radius_mm)
+    });
+    let entry = HeightField::new(extent, sphere);
+    Solid::between(surface, &entry, Stock::of_thickness(16.0), Shape { origin, ..Shape::default() }).unwrap()
+}
+
+fn lenses(surface: &HeightField) -> [(&'static str, Solid); 2] {
+    [("lens", lens(surface, 120.0, Origin::Exit)), ("hollow", lens(surface, -90.0, Origin::Corner))]
+}
+
 /// STEP files of every shape, on a coarse net and on the net of all nodes, with their solid and
 /// number of faces.
 struct StepFiles {
@@ -80,8 +96,20 @@ impl StepFiles {
                 let name = format!("{name}-{density}.step");
                 let solid = solid(&surface, shape);
                 let mut file = BufWriter::new(fs::File::create(folder.path().join(&name)).unwrap());
-                write_step(&mut file, &solid, &net, &design()).unwrap();
+                write_step(&mut file, &solid, &net, None, &design()).unwrap();
                 files.push((name, solid, faces));
+            }
+        }
+        for (name, solid) in lenses(&surface) {
+            let entry = solid.entry_surface().unwrap();
+            for (density, net, entry) in [
+                ("coarse", ControlNet::fitted(&surface, (43, 33)), Some(ControlNet::fitted(entry, (31, 28)))),
+                ("full", ControlNet::interpolating(&surface), None),
+            ] {
+                let name = format!("{name}-{density}.step");
+                let mut file = BufWriter::new(fs::File::create(folder.path().join(&name)).unwrap());
+                write_step(&mut file, &solid, &net, entry.as_ref(), &design()).unwrap();
+                files.push((name, solid.clone(), 6));
             }
         }
         // A judge must be able to say no: the shell of this one has lost its entry face.
@@ -211,8 +239,8 @@ fn prusa_slicer_finds_a_manifold_in_the_3mf_and_slices_it() {
     };
     let folder = tempfile::tempdir().unwrap();
     let surface = face(61, 41);
-    for (name, shape, _) in shapes() {
-        let solid = solid(&surface, shape);
+    let plain = shapes().map(|(name, shape, _)| (name, solid(&surface, shape)));
+    for (name, solid) in plain.into_iter().chain(lenses(&surface)) {
         for format in [Format::ThreeMf, Format::Stl] {
             let path = folder.path().join(format!("{name}.{format}"));
             export(&path, &solid, &design()).unwrap();
@@ -238,9 +266,10 @@ fn admesh_finds_nothing_to_repair_in_any_shape() {
     let Some(_) = common::program("admesh", "Debian package admesh") else { return };
     let folder = tempfile::tempdir().unwrap();
     let surface = face(61, 41);
-    for (name, shape, _) in shapes() {
+    let plain = shapes().map(|(name, shape, _)| (name, solid(&surface, shape)));
+    for (name, solid) in plain.into_iter().chain(lenses(&surface)) {
         let path = folder.path().join("block.stl");
-        export(&path, &solid(&surface, shape), &design()).unwrap();
+        export(&path, &solid, &design()).unwrap();
         let mut admesh = common::program("admesh", "Debian package admesh").unwrap();
         let report = common::output(admesh.arg(&path));
         for fault in
@@ -299,6 +328,45 @@ fn the_verifier_finds_the_same_face_and_picture_in_every_shape_and_format() {
 }
 
 #[test]
+fn the_verifier_finds_both_faces_of_a_lens_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let surface = face(121, 81);
+    for (name, solid) in lenses(&surface) {
+        let proof = solid.check();
+        assert!(proof.is_ok(), "{name}: {proof:?}");
+        let mut first: Option<Image> = None;
+        for format in Format::ALL {
+            let path = folder.path().join(format!("{name}.{format}"));
+            export(&path, &solid, &design()).unwrap();
+            let block =
+                Block::from_mesh(&read(&path, solid.origin_mm())).unwrap_or_else(|e| panic!("{name}.{format}: {e}"));
+            let ((nx, ny), found) = block.entry_heights_mm().unwrap_or_else(|| panic!("{name}.{format} is planar"));
+            let entry = solid.entry_surface().unwrap();
+            let off = |found: &[f64], wanted: &HeightField| {
+                let wanted = wanted.resampled(nx, ny);
+                found.iter().zip(wanted.heights_mm().as_slice()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+            };
+            if format != Format::Step {
+                assert_eq!(((nx, ny), block.nodes()), ((121, 81), (121, 81)), "{name}.{format}");
+                at_worst(1.3e-6, off(found, entry), format_args!("{name}.{format}: entry face"));
+                at_worst(1.3e-6, off(block.heights_mm(), &surface), format_args!("{name}.{format}: exit face"));
+            } else {
+                at_worst(1e-4, off(found, entry), format_args!("{name}.{format}: entry face"));
+            }
+            at_worst(1e-6, (block.min_thickness_mm() - solid.thinnest_mm()).abs(), format_args!("{name}.{format}"));
+            let seen = picture(&block);
+            match &first {
+                Some(first) => {
+                    let moved = metrics::compare(&seen, first).unwrap().rel_rms;
+                    at_worst(1.38e-3, moved, format_args!("{name}.{format} moves the light by"));
+                }
+                None => first = Some(seen),
+            }
+        }
+    }
+}
+
+#[test]
 fn the_step_face_is_read_back_as_it_was_fitted() {
     let folder = tempfile::tempdir().unwrap();
     let surface = face(121, 81);
@@ -306,7 +374,7 @@ fn the_step_face_is_read_back_as_it_was_fitted() {
     for (points, samples) in [((43, 33), (81, 61)), ((121, 81), (121, 81))] {
         let net = ControlNet::fitted(&surface, points);
         let path = folder.path().join("block.step");
-        write_step(&mut fs::File::create(&path).unwrap(), &solid, &net, &design()).unwrap();
+        write_step(&mut fs::File::create(&path).unwrap(), &solid, &net, None, &design()).unwrap();
         let block = Block::from_mesh(&read(&path, solid.origin_mm())).unwrap();
         assert_eq!(block.nodes(), samples);
         let wanted = net.sampled(samples.0, samples.1);
@@ -326,7 +394,8 @@ fn walls_lower_than_the_border_is_steep_are_read_back_too() {
         .unwrap();
     let path = tempfile::tempdir().unwrap();
     let path = path.path().join("steep.step");
-    write_step(&mut fs::File::create(&path).unwrap(), &solid, &ControlNet::interpolating(&surface), &design()).unwrap();
+    write_step(&mut fs::File::create(&path).unwrap(), &solid, &ControlNet::interpolating(&surface), None, &design())
+        .unwrap();
     let block = Block::from_mesh(&read(&path, solid.origin_mm())).unwrap();
     assert_eq!(block.nodes(), (61, 41));
     at_worst(1.3e-10, (block.rim_z_mm().unwrap() - solid.rim_z_mm().unwrap()).abs(), "the rim, mm");

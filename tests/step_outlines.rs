@@ -85,7 +85,7 @@ impl Files {
             for (density, net) in nets {
                 let name = format!("{name}-{density}.step");
                 let mut bytes = Vec::new();
-                write_step(&mut bytes, &solid, &net, &design()).unwrap();
+                write_step(&mut bytes, &solid, &net, None, &design()).unwrap();
                 fs::write(folder.path().join(&name), bytes).unwrap();
                 files.push(Written { name, solid: solid.clone(), net, faces, rim_mm2 });
             }
@@ -386,7 +386,7 @@ fn trimmed_faces_that_do_not_fit_their_walls_are_refused_by_name() {
         let surface = face(extent, outline, (21, 17));
         let solid = Solid::new(&surface, Stock::of_thickness(12.0)).unwrap();
         let mut bytes = Vec::new();
-        write_step(&mut bytes, &solid, &ControlNet::interpolating(&surface), &design()).unwrap();
+        write_step(&mut bytes, &solid, &ControlNet::interpolating(&surface), None, &design()).unwrap();
         String::from_utf8(bytes).unwrap()
     };
     let disc = text(Outline::Circle, Extent::new(40.0, 40.0));

@@ -268,8 +268,11 @@ fn make_one(
 
 /// Writes a STEP file; returns how near its face is.
 fn write_step(plan: &Plan, output: &Path, block: &DesignedBlock, design: &Design) -> Result<String, Failure> {
-    let fit = export::choose_net(block.solid.surface(), plan.step, design).map_err(Failure::refused)?;
-    export::write_atomically(output, |writer| export::write_step(writer, &block.solid, &fit.net, design))
+    let solid = &block.solid;
+    let chosen = |surface| export::choose_net(surface, plan.step, design).map_err(Failure::refused);
+    let (fit, entry) = (chosen(solid.surface())?, solid.entry_surface().map(chosen).transpose()?);
+    let entry = entry.as_ref().map(|fit| &fit.net);
+    export::write_atomically(output, |writer| export::write_step(writer, solid, &fit.net, entry, design))
         .map_err(Failure::writing)?;
     Ok(step_note(output, &fit, plan.nodes))
 }

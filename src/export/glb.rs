@@ -47,7 +47,7 @@ fn vertex_count(solid: &Solid) -> usize {
 }
 
 /// Writes binary glTF 2.0: metres, y up, so that (x, y, z) of the library is (x, z, -y) / 1000 in
-/// the file. The exit face has the normals of the smooth surface, the planes their own; the
+/// the file. Reliefs have the normals of the smooth surface, the planes their own; the
 /// material is clear glass of the design's index.
 ///
 /// # Errors
@@ -77,7 +77,7 @@ fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
     [x, z, -y + 0.0]
 }
 
-/// A planar face with vertices of its own.
+/// A face with vertices of its own.
 struct Plane {
     face: Face,
     /// Vertices of the solid.

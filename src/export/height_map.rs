@@ -50,6 +50,7 @@ pub struct HeightMap {
     heights_mm: Field<f64>,
     pitch_mm: DVec2,
     entry_z_mm: f64,
+    base_z_mm: f64,
     top_z_mm: f64,
     meaning: Meaning,
     contour: Contour,
@@ -117,7 +118,8 @@ impl HeightMap {
         Self {
             pitch_mm: solid.surface().extent().node_spacing(heights_mm.nx(), heights_mm.ny()),
             entry_z_mm: solid.entry_z_mm(),
-            top_z_mm: solid.entry_z_mm() + solid.thickness_mm(),
+            base_z_mm: solid.base_z_mm(),
+            top_z_mm: solid.base_z_mm() + solid.thickness_mm(),
             heights_mm,
             meaning,
             contour: solid.surface().contour(),
@@ -163,7 +165,7 @@ impl HeightMap {
             ("WhiteZMm", number(high)),
             ("DepthMm", number(high - low)),
             ("WhiteBelowStockTopMm", number(self.top_z_mm - high)),
-            ("StockThicknessMm", number(self.top_z_mm - self.entry_z_mm)),
+            ("StockThicknessMm", number(self.top_z_mm - self.base_z_mm)),
             ("EntryZMm", number(self.entry_z_mm)),
         ];
         if !self.contour.is_rectangle() {

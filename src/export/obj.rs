@@ -5,8 +5,8 @@ use super::{
 use crate::solid::{Face, Solid};
 use std::io::{self, Write};
 
-/// Writes Wavefront OBJ, mm, z up. Exit vertices have the normals of the smooth surface, the planes
-/// their own. Numbers are the shortest that read back as the same `f32`.
+/// Writes Wavefront OBJ, mm, z up. Vertices of reliefs have the normals of the smooth surface, the
+/// planes their own. Numbers are the shortest that read back as the same `f32`.
 ///
 /// # Errors
 /// Those of the writer.
@@ -17,14 +17,22 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     in_order(writer, 0..solid.vertex_count(), |text, v| numbers(text, "v", solid.vertex(v)))?;
     let normals = solid.exit_normals();
     in_order(writer, 0..normals.len(), |text, v| numbers(text, "vn", normals[v]))?;
-    // OBJ counts from 1; the planes' normals follow those of the exit face. A wall all around has
-    // one for every triangle.
+    // Vertices of an entry face that is a relief follow those of the exit face, and so do their
+    // normals.
     let mut written = normals.len();
+    let curved = |face| face == Face::Exit || face == Face::Entry && solid.entry_surface().is_some();
+    if curved(Face::Entry) {
+        let below = written..written + solid.entry_vertex_count();
+        written = below.end;
+        in_order(writer, below, |text, v| numbers(text, "vn", solid.normal_at(Face::Entry, v as u32)))?;
+    }
+    // OBJ counts from 1; the planes' normals follow those of the reliefs. A wall all around has one
+    // for every triangle.
     for (face, triangles) in solid.faces() {
         let begin = triangles.start;
         let first = written + 1;
         match face {
-            Face::Exit => {}
+            _ if curved(face) => {}
             Face::Side | Face::Inner => {
                 written += triangles.len();
                 in_order(writer, triangles.clone(), |text, t| {
@@ -37,7 +45,7 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
                 writeln!(writer, "vn {x} {y} {z}")?;
             }
         }
-        if face == Face::Exit {
+        if curved(face) {
             in_pieces(writer, triangles, |text, triangles| {
                 let mut corners = Corners::default();
                 triangles.for_each(|t| corners.write_face(text, solid.triangle(t)));
@@ -59,7 +67,7 @@ pub fn write_obj(writer: &mut impl Write, solid: &Solid, design: &Design) -> io:
     Ok(())
 }
 
-/// Corners of the exit face as they are written, of which each belongs to six triangles: those of
+/// Corners of a relief as they are written, of which each belongs to six triangles: those of
 /// late.
 struct Corners {
     vertices: [u32; LATE],

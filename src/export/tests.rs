@@ -2,7 +2,7 @@ use super::*;
 use crate::{
     bench::ExitFace,
     grid::{Extent, Field},
-    solid::{Face, Solid, Stock},
+    solid::{Face, Shape, Solid, Stock},
     surface::HeightField,
 };
 use std::{
@@ -15,12 +15,29 @@ fn design() -> Design {
 }
 
 fn block() -> Solid {
+    Solid::new(&face(|x, y| (0.09 * x + 0.3).sin() * (0.06 * y).cos() + 1e-7 * x), Stock::default()).unwrap()
+}
+
+fn face(height: impl Fn(f64, f64) -> f64) -> HeightField {
     let (extent, nx, ny) = (Extent::new(100.0, 70.0), 57, 41);
-    let heights = Field::from_fn(nx, ny, |i, j| {
-        let at = extent.node(i, j, nx, ny);
-        (0.09 * at.x + 0.3).sin() * (0.06 * at.y).cos() + 1e-7 * at.x
-    });
-    Solid::new(&HeightField::new(extent, heights), Stock::default()).unwrap()
+    HeightField::new(
+        extent,
+        Field::from_fn(nx, ny, |i, j| {
+            let at = extent.node(i, j, nx, ny);
+            height(at.x, at.y)
+        }),
+    )
+}
+
+/// A block between two reliefs.
+fn lens() -> Solid {
+    let entry = face(|x, y| 0.001 * (x * x + 0.7 * y * y) + 0.03 * (0.2 * x).sin());
+    Solid::between(block().surface(), &entry, Stock::of_thickness(15.0), Shape::default()).unwrap()
+}
+
+/// The normal that a file shall have at a vertex of a face.
+fn normal(solid: &Solid, face: Face, v: u32) -> [f32; 3] {
+    if face == Face::Exit { solid.exit_normals()[v as usize] } else { solid.normal_at(face, v) }
 }
 
 fn written(format: Format, solid: &Solid) -> Vec<u8> {
@@ -56,8 +73,14 @@ fn stl_gives_back_every_triangle_bit_by_bit() {
 
 #[test]
 fn obj_gives_back_every_vertex_normal_and_triangle_bit_by_bit() {
-    let solid = block();
-    let bytes = written(Format::Obj, &solid);
+    for (solid, below) in [(block(), 5), (lens(), 4 + 57 * 41)] {
+        obj_gives_back(&solid, below);
+    }
+}
+
+/// `below` normals are not those of the exit face.
+fn obj_gives_back(solid: &Solid, below: usize) {
+    let bytes = written(Format::Obj, solid);
     let (models, _) =
         tobj::load_obj_buf(&mut &bytes[..], &tobj::LoadOptions::default(), |_| Ok(Default::default())).unwrap();
     assert_eq!(models.len(), 1);
@@ -68,11 +91,11 @@ fn obj_gives_back_every_vertex_normal_and_triangle_bit_by_bit() {
     let (positions, _) = mesh.positions.as_chunks::<3>();
     let (normals, _) = mesh.normals.as_chunks::<3>();
     assert_eq!(positions.len(), solid.vertex_count());
-    assert_eq!(normals.len(), solid.exit_normals().len() + 5);
+    assert_eq!(normals.len(), solid.exit_normals().len() + below);
     let mut corner = 0;
     for (face, range) in solid.faces() {
         for v in range.flat_map(|t| solid.triangle(t)) {
-            let normal = if face == Face::Exit { solid.exit_normals()[v as usize] } else { face.normal() };
+            let normal = normal(solid, face, v);
             assert_eq!(positions[mesh.indices[corner] as usize], solid.vertex(v as usize));
             assert_eq!(normals[mesh.normal_indices[corner] as usize], normal);
             corner += 1;
@@ -91,8 +114,11 @@ fn obj_numbers_are_plain_decimals() {
 
 #[test]
 fn glb_gives_back_every_triangle_in_metres_and_y_up() {
-    let solid = block();
-    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&written(Format::Glb, &solid)).unwrap();
+    [block(), lens()].iter().for_each(glb_gives_back);
+}
+
+fn glb_gives_back(solid: &Solid) {
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(&written(Format::Glb, solid)).unwrap();
     let blob = blob.unwrap();
     let mesh = document.meshes().next().unwrap();
     let primitive = mesh.primitives().next().unwrap();
@@ -101,14 +127,14 @@ fn glb_gives_back_every_triangle_in_metres_and_y_up() {
     let normals: Vec<[f32; 3]> = reader.read_normals().unwrap().collect();
     let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
     assert_eq!(indices.len(), 3 * solid.triangle_count());
-    assert_eq!(positions.len(), glb_vertices(&solid));
+    assert_eq!(positions.len(), glb_vertices(solid));
     for (face, range) in solid.faces() {
         for t in range {
             for (k, v) in solid.triangle(t).into_iter().enumerate() {
                 let at = indices[3 * t + k] as usize;
                 let [x, y, z] = solid.vertex(v as usize).map(|c| (f64::from(c) / 1000.0) as f32);
                 assert_eq!(positions[at], [x, z, -y]);
-                let [x, y, z] = if face == Face::Exit { solid.exit_normals()[v as usize] } else { face.normal() };
+                let [x, y, z] = normal(solid, face, v);
                 assert_eq!(normals[at], [x, z, -y]);
             }
         }

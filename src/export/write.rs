@@ -5,7 +5,7 @@ use super::{
     format::{Design, ExportError, Format},
     glb, write_3mf, write_glb, write_obj, write_ply, write_step, write_stl,
 };
-use crate::solid::Solid;
+use crate::{solid::Solid, surface::HeightField};
 #[cfg(feature = "files")]
 use glasswarp_files::write_atomically;
 use std::io;
@@ -35,9 +35,12 @@ impl Format {
             Self::Obj => write_obj(writer, solid, design),
             Self::Glb => write_glb(writer, solid, design),
             Self::Step => {
-                let fit = choose_net(solid.surface(), StepTolerance::Picture, design)
-                    .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))?;
-                write_step(writer, solid, &fit.net, design)
+                let chosen = |surface: &HeightField| {
+                    choose_net(surface, StepTolerance::Picture, design)
+                        .map_err(|error| io::Error::new(io::ErrorKind::InvalidInput, error))
+                };
+                let (exit, entry) = (chosen(solid.surface())?, solid.entry_surface().map(chosen).transpose()?);
+                write_step(writer, solid, &exit.net, entry.as_ref().map(|fit| &fit.net), design)
             }
             Self::ThreeMf => write_3mf(writer, solid, design),
             Self::Ply => write_ply(writer, solid, design),

@@ -1,6 +1,7 @@
 //! A closed block.
 
 use super::{
+    entry::{self, EntryRelief},
     error,
     error::SolidError,
     face::{Diagonal, Face, diagonals, normal_of},
@@ -39,8 +40,10 @@ pub struct Solid {
     pub(super) rest: Vec<[f32; 3]>,
     pub(super) planes: Vec<(Face, Vec<[u32; 3]>)>,
     pub(super) faces: Vec<(Face, Range<usize>)>,
-    /// In the library's frame.
-    pub(super) entry_z: f32,
+    /// The entry face, if it is no plane.
+    pub(super) entry: Option<EntryRelief>,
+    /// The lowest plane, in the library's frame: of a planar entry face its own.
+    pub(super) base_z: f32,
     pub(super) rim_z_mm: Option<f64>,
     pub(super) thickness_mm: f64,
     pub(super) thinnest_mm: f64,
@@ -67,8 +70,30 @@ impl Solid {
     /// A stock too thin for the relief, heights that are not finite, more or denser nodes than
     /// `f32` mesh files can tell apart, or a rim that does not fit the face.
     pub fn shaped(surface: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
+        Self::closed(surface, None, stock, shape)
+    }
+
+    /// Closes a block between two height fields: the exit face, and an entry face on the nodes of the
+    /// exit face with its skirt. The heights of the entry face tell its shape; it is moved along z so
+    /// that the block, from the lowest point of one to the highest of the other, is as thick as its
+    /// stock.
+    ///
+    /// # Errors
+    /// Those of [`shaped`](Self::shaped), faces on different nodes, a rim, or an outline that is no
+    /// rectangle.
+    pub fn between(exit: &HeightField, entry: &HeightField, stock: Stock, shape: Shape) -> Result<Self, SolidError> {
+        Self::closed(exit, Some(entry), stock, shape)
+    }
+
+    fn closed(
+        surface: &HeightField,
+        entry: Option<&HeightField>,
+        stock: Stock,
+        shape: Shape,
+    ) -> Result<Self, SolidError> {
         shape.check(surface.extent())?;
         let surface = surface.with_skirt(shape.skirt_mm);
+        entry.map_or(Ok(()), |entry| entry::check(entry, &surface, &shape))?;
         let (extent, field) = (surface.extent(), surface.heights_mm());
         let (nx, ny) = (field.nx(), field.ny());
         if nx.checked_mul(ny).is_none_or(|nodes| nodes > Self::MOST_NODES) {
@@ -87,19 +112,20 @@ impl Solid {
             }
         }
         if let Some(k) = field.as_slice().iter().position(|z| !z.is_finite()) {
-            return Err(SolidError::NotFinite { i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
+            return Err(SolidError::NotFinite { face: "exit", i: k % nx, j: k / nx, height_mm: field.as_slice()[k] });
         }
         let spline = SurfaceSpline::through(&surface);
         let border = if surface.contour().is_rectangle() { Vec::new() } else { ring::border(&surface, &spline) };
         let (low, high) = range_with(&surface, &border);
-        let thickness_mm = stock.thickness_mm(high - low + shape.rise_mm())?;
         let top = high + shape.rise_mm();
-        let entry_z = (top - thickness_mm) as f32;
+        let depth_mm = entry.map_or(top - low, |entry| entry::depth_mm(entry, &surface, top));
+        let thickness_mm = stock.thickness_mm(depth_mm)?;
+        let base_z = (top - thickness_mm) as f32;
         let origin = match shape.origin {
             Origin::Exit => DVec3::ZERO,
-            Origin::Entry => DVec3::Z * f64::from(entry_z),
+            Origin::Entry => DVec3::Z * f64::from(base_z),
             Origin::StockTop => DVec3::Z * top,
-            Origin::Corner => lower.extend(f64::from(entry_z)),
+            Origin::Corner => lower.extend(f64::from(base_z)),
         };
         let mut solid = Self {
             surface: surface.clone(),
@@ -113,10 +139,11 @@ impl Solid {
             rest: Vec::new(),
             planes: Vec::new(),
             faces: Vec::new(),
-            entry_z,
+            entry: entry.map(|entry| EntryRelief::standing_at(entry, f64::from(base_z))),
+            base_z,
             rim_z_mm: None,
             thickness_mm,
-            thinnest_mm: thickness_mm - (high - low) - shape.rise_mm(),
+            thinnest_mm: thickness_mm - depth_mm,
         };
         if !border.is_empty() {
             let trimmed = solid.trim(&spline, &border);
@@ -125,7 +152,7 @@ impl Solid {
                 Some(rim) => {
                     let heights = || border.iter().map(|(_, height)| *height);
                     let limits = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-                    solid.rim_z_mm = Some(rim.plane_mm(high, limits, f64::from(entry_z))?);
+                    solid.rim_z_mm = Some(rim.plane_mm(high, limits, f64::from(base_z))?);
                     solid.close_along_rim(trimmed, rim.width_mm);
                 }
             }
@@ -140,7 +167,7 @@ impl Solid {
                 let heights = || border.iter().flatten().copied();
                 let (least, greatest) =
                     (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-                solid.rim_z_mm = Some(rim.plane_mm(high, (least, greatest), f64::from(entry_z))?);
+                solid.rim_z_mm = Some(rim.plane_mm(high, (least, greatest), f64::from(base_z))?);
                 solid.close_around(&outline);
             }
         }
@@ -218,17 +245,29 @@ impl Solid {
         self.entry_nodes
     }
 
-    /// The entry plane in the library's frame, mm; negative.
+    /// The entry plane in the library's frame, mm; negative. Of an entry face that is no plane, the
+    /// mean of its nodes.
     pub fn entry_z_mm(&self) -> f64 {
-        f64::from(self.entry_z)
+        self.entry.as_ref().map_or(self.base_z_mm(), |entry| entry.surface.heights_mm().mean())
     }
 
-    /// From the entry face to the highest point of the block, mm: the stock.
+    /// The entry face in double precision, in the library's frame, if it is no plane.
+    pub fn entry_surface(&self) -> Option<&HeightField> {
+        self.entry.as_ref().map(|entry| &entry.surface)
+    }
+
+    /// The lowest point of the block in the library's frame, mm: where it stands on a table.
+    pub fn base_z_mm(&self) -> f64 {
+        f64::from(self.base_z)
+    }
+
+    /// From the lowest point of the entry face to the highest point of the block, mm: the stock.
     pub fn thickness_mm(&self) -> f64 {
         self.thickness_mm
     }
 
-    /// From the entry face to the lowest point of the exit face, mm.
+    /// The least glass along the axis, mm: from the entry face to the lowest point of the exit face,
+    /// or, of an entry face that is no plane, between any two nodes over each other.
     pub fn thinnest_mm(&self) -> f64 {
         self.thinnest_mm
     }
@@ -241,6 +280,11 @@ impl Solid {
     /// How many vertices the exit face has; they are the first ones.
     pub fn exit_vertex_count(&self) -> usize {
         self.trimmed.as_ref().map_or(self.exit.len(), |trimmed| trimmed.vertices.len())
+    }
+
+    /// How many vertices an entry face has that is no plane; they follow those of the exit face.
+    pub fn entry_vertex_count(&self) -> usize {
+        self.entry.as_ref().map_or(0, |entry| entry.normals.len())
     }
 
     /// The curve around the block with its rim, and the flat that a mark cuts off it: what lies

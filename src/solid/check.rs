@@ -102,16 +102,18 @@ impl Solid {
         })
     }
 
-    /// The integral of the height above the entry plane over the exit facets and the rim, mm³.
+    /// The integral of the height above the lowest plane over the exit facets and the rim, less that
+    /// over the entry facets, mm³.
     fn volume_under_heights_mm3(&self) -> f64 {
         // As the files have it.
-        let entry_z = f64::from(self.file_z(self.entry_z_mm()));
-        let upwards = self.faces().into_iter().filter(|(face, _)| matches!(face, Face::Exit | Face::Rim));
-        let volumes = upwards.map(|(_, range)| {
+        let base_z = f64::from(self.file_z(self.base_z_mm()));
+        let level = self.faces().into_iter().filter(|(face, _)| matches!(face, Face::Exit | Face::Rim | Face::Entry));
+        let volumes = level.map(|(_, range)| {
             piecewise_sum(range.len(), |k| {
                 let [a, b, c] = self.corners(range.start + k).map(|at| at.map(f64::from));
+                // Negative of what looks down.
                 let area = 0.5 * cross(sub(b, a), sub(c, a))[2];
-                area * ((a[2] + b[2] + c[2]) / 3.0 - entry_z)
+                area * ((a[2] + b[2] + c[2]) / 3.0 - base_z)
             })
         });
         volumes.sum()

@@ -2,6 +2,7 @@
 
 use super::{
     Face, Solid,
+    face::Diagonal,
     nodes::Nodes,
     walls::{entry_cells, strip},
 };
@@ -23,18 +24,28 @@ impl Solid {
         (entry_cells(extent.width_mm, [&south[..], &north[..]]), entry_cells(extent.height_mm, [&east[..], &west[..]]))
     }
 
-    /// Walls down to an entry face of its own nodes.
+    /// Walls down to an entry face: a plane of its own nodes, or a relief on those of the exit face.
     pub(super) fn close_below(&mut self) {
-        let (cells_x, cells_y) = self.cells_at(f64::from(self.entry_z));
+        let (nx, ny) = self.exit_nodes();
+        let (cells_x, cells_y) =
+            if self.entry.is_some() { (nx - 1, ny - 1) } else { self.cells_at(f64::from(self.base_z)) };
         self.entry_nodes = (cells_x + 1, cells_y + 1);
         let entry = Nodes::new(self.exit.len(), self.surface.extent(), self.entry_nodes, self.origin);
-        let z = self.file_z(f64::from(self.entry_z));
-        self.rest = entry.y.iter().flat_map(|&y| entry.x.iter().map(move |&x| [x, y, z])).collect();
+        let relief = self.entry.as_ref();
+        let z = |i, j| {
+            let z_mm = relief.map_or(f64::from(self.base_z), |relief| relief.surface.heights_mm()[(i, j)]);
+            self.file_z(z_mm)
+        };
+        let nodes = (0..entry.y.len()).flat_map(|j| (0..entry.x.len()).map(move |i| (i, j)));
+        self.rest = nodes.map(|(i, j)| [entry.x[i], entry.y[j], z(i, j)]).collect();
         let cells = (0..cells_y).flat_map(|j| (0..cells_x).map(move |i| (i, j)));
         let bottom = cells.flat_map(|(i, j)| {
             let [a, b, c, d] =
                 [entry.index(i, j), entry.index(i + 1, j), entry.index(i + 1, j + 1), entry.index(i, j + 1)];
-            [[a, c, b], [a, d, c]]
+            match relief.map_or(Diagonal::Rising, |relief| relief.diagonals[j * cells_x + i]) {
+                Diagonal::Rising => [[a, c, b], [a, d, c]],
+                Diagonal::Falling => [[a, d, b], [b, d, c]],
+            }
         });
         self.planes.push((Face::Entry, bottom.collect()));
         for wall in Face::WALLS {
@@ -47,7 +58,7 @@ impl Solid {
     pub(super) fn close_around(&mut self, outline: &[DVec2]) {
         let rim_z = self.rim_z_mm.unwrap_or_default();
         let (cells_x, cells_y) = self.cells_at(rim_z);
-        let (z_rim, z_entry) = (self.file_z(rim_z), self.file_z(f64::from(self.entry_z)));
+        let (z_rim, z_entry) = (self.file_z(rim_z), self.file_z(f64::from(self.base_z)));
         let inner = Nodes::new(0, self.surface.extent(), (cells_x + 1, cells_y + 1), self.origin);
         let (mut vertex, first) = (Vec::new(), self.exit.len() as u32);
         let mut push = |at: [f32; 3]| {

@@ -6,8 +6,10 @@ pub(super) const MOST_NODES: usize = 1 << 30;
 #[non_exhaustive]
 pub enum SolidError {
     /// A node without a height.
-    #[error("the height of the exit face at node ({i}, {j}) is {height_mm} mm; every height must be finite")]
+    #[error("the height of the {face} face at node ({i}, {j}) is {height_mm} mm; every height must be finite")]
     NotFinite {
+        /// Which face, exit or entry.
+        face: &'static str,
         /// Column of the node.
         i: usize,
         /// Row of the node.
@@ -34,6 +36,26 @@ pub enum SolidError {
         size_mm: f64,
         /// Least distance, mm.
         least_mm: f64,
+    },
+    /// An entry face that is not planar, below a block that has a rim or another outline.
+    #[error(
+        "an entry face that is not planar is made for rectangular blocks without a rim only: leave `outline` and `rim` out, or take a planar entry face"
+    )]
+    EntryOutline,
+    /// An entry face on other nodes than the exit face.
+    #[error(
+        "the entry face has {} x {} nodes over {} x {} mm, the exit face {} x {} over {} x {} mm: both must be the same",
+        nodes[0], nodes[1], size_mm[0], size_mm[1], wanted[0], wanted[1], wanted_mm[0], wanted_mm[1]
+    )]
+    EntryGrid {
+        /// Nodes of the entry face along x and y.
+        nodes: [usize; 2],
+        /// Its size, mm.
+        size_mm: [f64; 2],
+        /// Nodes of the exit face with its skirt.
+        wanted: [usize; 2],
+        /// Its size, mm.
+        wanted_mm: [f64; 2],
     },
     /// A skirt that is none, or larger than the face.
     #[error("the skirt around the exit face is {width_mm} mm wide; it must lie between 0 and {greatest_mm} mm")]
@@ -62,7 +84,7 @@ pub enum SolidError {
     TooThin {
         /// Thickness of the stock, mm.
         thickness_mm: f64,
-        /// Peak to valley of the exit face, mm.
+        /// Peak to valley of the exit face, mm, with what an entry face that is not planar takes.
         relief_mm: f64,
         /// What remains, mm.
         thinnest_mm: f64,
@@ -76,7 +98,7 @@ pub enum SolidError {
         "the relief is {relief_mm:.2} mm deep and {least_mm} mm must remain, but the thickest standard sheet is {thickest_mm} mm: name a stock, or move the receiver further away to make the relief shallower"
     )]
     TooDeep {
-        /// Peak to valley of the exit face, mm.
+        /// Peak to valley of the exit face, mm, with what an entry face that is not planar takes.
         relief_mm: f64,
         /// What must remain, mm.
         least_mm: f64,

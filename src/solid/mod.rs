@@ -13,7 +13,7 @@
 //!   that points to the centre).
 //! - *Entry face*: a plane of square-like cells, about as wide as the block is thick. A fan, or a
 //!   single quad with all border nodes on it, would be thousands of slivers; a full grid would
-//!   double the file and say nothing.
+//!   double the file and say nothing. Or a relief, as the exit face is, on as many nodes.
 //! - *Walls*: one strip each, between the exit border's own nodes and the few nodes of the entry
 //!   border. There is no vertex between the two faces: a reader finds the height nodes as all
 //!   vertices above the entry plane.
@@ -28,6 +28,7 @@ mod blank;
 mod body;
 mod check;
 mod close;
+mod entry;
 mod error;
 mod face;
 mod nodes;

@@ -1,9 +1,10 @@
 use super::face::Diagonal;
 use super::*;
 use crate::{
-    grid::{Extent, Field},
+    grid::{Extent, Field, Outline},
     surface::HeightField,
 };
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 fn surface(extent: Extent, nx: usize, ny: usize, h: impl Fn(f64, f64) -> f64) -> HeightField {
@@ -245,4 +246,78 @@ proptest! {
         let solid = Solid::new(&rough, Stock::thinnest_sheet().leaving_at_least(least)).unwrap();
         prop_assert!(solid.check().is_ok(), "{:?}", solid.check());
     }
+}
+
+/// A dome, mm: no mirroring leaves it as it is.
+fn dome(x: f64, y: f64) -> f64 {
+    0.0015 * ((x - 3.0).powi(2) + 0.8 * (y + 2.0).powi(2)) + 0.001 * x * y
+}
+
+#[test]
+fn blocks_between_two_reliefs_are_sound_and_as_thick_as_their_stock() {
+    for (width, height, nx, ny) in [(100.0, 100.0, 65, 65), (100.0, 60.0, 4, 4), (60.0, 100.0, 31, 52)] {
+        for (origin, skirt_mm, sign) in Origin::ALL
+            .into_iter()
+            .zip([0.0, 4.0, 0.0, 7.0])
+            .flat_map(|(origin, skirt)| [(origin, skirt, 1.0), (origin, skirt, -1.0)])
+        {
+            let exit = surface(Extent::new(width, height), nx, ny, wavy);
+            let wide = exit.with_skirt(skirt_mm);
+            let (wide_nx, wide_ny) = (wide.heights_mm().nx(), wide.heights_mm().ny());
+            let entry = surface(wide.extent(), wide_nx, wide_ny, |x, y| sign * dome(x, y));
+            let shape = Shape { origin, skirt_mm, ..Shape::default() };
+            let solid = Solid::between(&exit, &entry, Stock::of_thickness(40.0), shape).unwrap();
+            let proved = solid.check().unwrap_or_else(|fault| panic!("{width} x {height}, {nx} x {ny}: {fault}"));
+            let (low, high) = solid.bounds();
+            assert!((f64::from(high[2] - low[2]) - 40.0).abs() < 1e-5, "{low:?} {high:?}");
+            let below = solid.entry_surface().unwrap();
+            assert!((below.range_mm().0 - solid.base_z_mm()).abs() < 1e-12);
+            assert!((below.heights_mm().mean() - solid.entry_z_mm()).abs() < 1e-12);
+            let glass = |k: usize| wide.heights_mm().as_slice()[k] - below.heights_mm().as_slice()[k];
+            let least = (0..wide_nx * wide_ny).map(glass).fold(f64::INFINITY, f64::min);
+            assert!((solid.thinnest_mm() - least).abs() < 1e-5, "{} {least}", solid.thinnest_mm());
+            assert!(proved.volume_mm3 > least * wide.extent().area_mm2());
+            // Normals point down, and are those of the dome.
+            let (_, triangles) = solid.faces().into_iter().find(|(face, _)| *face == Face::Entry).unwrap();
+            let v = solid.triangle(triangles.start)[0];
+            let at = solid.vertex(v as usize).map(f64::from);
+            let (x, y) = (at[0] + solid.origin_mm().x, at[1] + solid.origin_mm().y);
+            let slope = DVec2::new(sign * (0.003 * (x - 3.0) + 0.001 * y), sign * (0.0024 * (y + 2.0) + 0.001 * x));
+            let normal = slope.extend(-1.0).normalize();
+            let found = DVec3::from(solid.normal_at(Face::Entry, v).map(f64::from));
+            assert!((found - normal).length() < 1e-6, "{found} {normal}");
+        }
+    }
+}
+
+#[test]
+fn entry_faces_that_do_not_fit_are_refused() {
+    let exit = surface(Extent::new(60.0, 40.0), 31, 21, |x, y| 0.2 * wavy(x, y));
+    let dome = |extent, nx, ny| surface(extent, nx, ny, dome);
+    let between = |entry: &HeightField, thickness_mm, shape| {
+        Solid::between(&exit, entry, Stock::of_thickness(thickness_mm), shape)
+    };
+    let fits = dome(exit.extent(), 31, 21);
+    assert!(between(&fits, 12.0, Shape::default()).is_ok());
+    for other in [dome(exit.extent(), 31, 22), dome(Extent::new(60.0, 41.0), 31, 21)] {
+        let refused = between(&other, 12.0, Shape::default());
+        assert!(matches!(refused, Err(SolidError::EntryGrid { .. })), "{refused:?}");
+    }
+    // Nodes of the face, not of its skirt.
+    let skirted = between(&fits, 12.0, Shape { skirt_mm: 4.0, ..Shape::default() });
+    assert!(matches!(skirted, Err(SolidError::EntryGrid { .. })));
+    let rim = Some(Rim { width_mm: 5.0, rise_mm: 1.0, mark_mm: None });
+    assert!(matches!(between(&fits, 12.0, Shape { rim, ..Shape::default() }), Err(SolidError::EntryOutline)));
+    let disc = HeightField::outlined(exit.extent(), Outline::Circle, exit.heights_mm().clone());
+    let refused = Solid::between(&disc, &fits, Stock::of_thickness(12.0), Shape::default());
+    assert!(matches!(refused, Err(SolidError::EntryOutline)));
+    let mut broken = fits.heights_mm().clone();
+    broken[(3, 2)] = f64::NAN;
+    let broken = HeightField::found(exit.extent(), Outline::Rectangle, broken);
+    let error = between(&broken, 12.0, Shape::default()).unwrap_err().to_string();
+    assert!(error.contains("entry face at node (3, 2)"), "{error}");
+    // Each face alone would leave enough.
+    let both = between(&fits, 4.5, Shape::default());
+    assert!(matches!(both, Err(SolidError::TooThin { .. })), "{both:?}");
+    assert!(Solid::new(&exit, Stock::of_thickness(4.5)).is_ok());
 }

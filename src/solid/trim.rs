@@ -82,7 +82,7 @@ impl Solid {
     /// A wall straight down from the border of a trimmed exit face, and the entry face as a fan
     /// around its middle.
     pub(super) fn close_along(&mut self, trimmed: Trimmed) {
-        let z = self.file_z(f64::from(self.entry_z));
+        let z = self.file_z(f64::from(self.base_z));
         let (upper, count) = (trimmed.border.start, trimmed.border.len() as u32);
         let lower = trimmed.vertices.len() as u32;
         let middle = lower + count;
@@ -108,7 +108,7 @@ impl Solid {
     /// an entry face as large. To every vertex of the border belongs one of the outer edge,
     /// straight out from it.
     pub(super) fn close_along_rim(&mut self, trimmed: Trimmed, width_mm: f64) {
-        let (z_rim, z_entry) = (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.entry_z)));
+        let (z_rim, z_entry) = (self.file_z(self.rim_z_mm.unwrap_or_default()), self.file_z(f64::from(self.base_z)));
         let curve = self.surface.outline().grown(width_mm).within(self.stock_extent());
         let (border, count) = (trimmed.border.start, trimmed.border.len() as u32);
         let inner = trimmed.vertices.len() as u32;
@@ -151,9 +151,12 @@ impl Solid {
         self.adopt(trimmed);
     }
 
-    /// Outward unit normal of a face at one of its vertices: that of the curve on a curved wall,
-    /// the face's own elsewhere.
+    /// Outward unit normal of a face at one of its vertices: that of the spline on a relief, of the
+    /// curve on a curved wall, the face's own elsewhere.
     pub fn normal_at(&self, face: Face, v: u32) -> [f32; 3] {
+        if let (Face::Entry, Some(entry)) = (face, &self.entry) {
+            return entry.normals[v as usize - self.exit.len()];
+        }
         if !matches!(face, Face::Side | Face::Inner) {
             return face.normal();
         }

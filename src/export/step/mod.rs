@@ -1,5 +1,6 @@
 //! STEP (ISO 10303-21, application protocol 214): one closed solid of a bicubic B-spline exit face,
-//! planes and elliptic cylinders, as CAD and CAM programs want it.
+//! planes and elliptic cylinders, as CAD and CAM programs want it. An entry face that is no plane is
+//! a bicubic B-spline face too.
 //!
 //! The face is the [`ControlNet`]. Of a rectangular block its border curves are made of the net's
 //! own outermost control points, and so lie in the walls and on the face exactly. Any other outline
@@ -23,22 +24,72 @@ use shell::Shell;
 use std::io::{self, Write};
 use text::{quoted, text_of};
 
-/// Writes a STEP file of the block with `net` as its exit face, mm.
+/// Writes a STEP file of the block with `net` as its exit face, mm, and with `entry` as an entry face
+/// that is no plane: without one, it is the spline through the nodes of that face.
 ///
 /// # Errors
 /// Those of the writer.
-pub fn write_step(writer: &mut impl Write, solid: &Solid, net: &ControlNet, design: &Design) -> io::Result<()> {
-    let shell = Shell::new(solid, net);
+pub fn write_step(
+    writer: &mut impl Write,
+    solid: &Solid,
+    net: &ControlNet,
+    entry: Option<&ControlNet>,
+    design: &Design,
+) -> io::Result<()> {
+    let of_nodes = match (entry, solid.entry_surface()) {
+        (None, Some(surface)) => Some(ControlNet::interpolating(surface)),
+        _ => None,
+    };
+    let entry = entry.filter(|_| solid.entry_surface().is_some()).or(of_nodes.as_ref());
+    let nets = Nets { exit: net, entry };
+    let shell = Shell::new(solid, nets);
     let name = quoted(&design.name);
     header(writer, solid, design)?;
-    let points = net.points();
-    write_points(writer, solid, net)?;
-    let mut out = Part::after(points.0 * points.1, solid, net);
+    let mut written = 0;
+    for net in nets.all() {
+        write_points(writer, solid, net, written)?;
+        written += count(net);
+    }
+    let mut out = Part::after(written, solid, nets);
     let brep = out.shell(&shell, &name);
     out.product(brep, &name, &quoted(&design.description(solid)));
     writer.write_all(out.text().as_bytes())?;
     writer.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     writer.flush()
+}
+
+/// The B-spline faces of a block.
+#[derive(Clone, Copy, Debug)]
+struct Nets<'a> {
+    exit: &'a ControlNet,
+    /// Of an entry face that is no plane.
+    entry: Option<&'a ControlNet>,
+}
+
+/// One of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Side {
+    Exit,
+    Entry,
+}
+
+impl<'a> Nets<'a> {
+    /// In the order of their control points in the file.
+    fn all(self) -> impl Iterator<Item = &'a ControlNet> {
+        [Some(self.exit), self.entry].into_iter().flatten()
+    }
+
+    /// The net of a side, and how many control points are written before its own.
+    fn of(self, side: Side) -> (&'a ControlNet, usize) {
+        match (side, self.entry) {
+            (Side::Entry, Some(entry)) => (entry, count(self.exit)),
+            _ => (self.exit, 0),
+        }
+    }
+}
+
+fn count(net: &ControlNet) -> usize {
+    net.points().0 * net.points().1
 }
 
 fn header(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result<()> {
@@ -51,8 +102,8 @@ fn header(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result
     writeln!(writer, "FILE_SCHEMA(('AUTOMOTIVE_DESIGN {{ 1 0 10303 214 1 1 1 1 }}'));\nENDSEC;\nDATA;")
 }
 
-/// The control points, numbered row by row from 1.
-fn write_points(writer: &mut impl Write, solid: &Solid, net: &ControlNet) -> io::Result<()> {
+/// The control points, numbered row by row after those that were written before.
+fn write_points(writer: &mut impl Write, solid: &Solid, net: &ControlNet, before: usize) -> io::Result<()> {
     let origin = solid.origin_mm();
     let [x, y] = net.places_mm();
     let x: Vec<String> = x.iter().map(|v| text_of(v - origin.x)).collect();
@@ -62,7 +113,7 @@ fn write_points(writer: &mut impl Write, solid: &Solid, net: &ControlNet) -> io:
         let z = text_of(heights[k] - origin.z);
         let (x, y) = (&x[k % x.len()], &y[k / x.len()]);
         text.push(b'#');
-        text.extend_from_slice(itoa::Buffer::new().format(k + 1).as_bytes());
+        text.extend_from_slice(itoa::Buffer::new().format(before + k + 1).as_bytes());
         for part in ["=CARTESIAN_POINT('',(", x, ",", y, ",", &z, "));\n"] {
             text.extend_from_slice(part.as_bytes());
         }

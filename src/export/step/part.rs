@@ -1,11 +1,12 @@
 //! The entities of the solid after its control points.
 
 use super::{
+    Nets, Side,
     shell::{Curve, Face, Facing, Pipe, Sense, Shell, Surface},
     text::{UNCERTAINTY_MM, decimals, knot_lists, real, references, text_of},
     trace::Trace,
 };
-use crate::{solid::Solid, surface::ControlNet};
+use crate::solid::Solid;
 use glam::{DVec2, DVec3};
 use std::fmt::Write as _;
 
@@ -16,7 +17,7 @@ const ANGLE_DECIMALS: usize = 12;
 pub(super) struct Part<'a> {
     text: String,
     next: usize,
-    net: &'a ControlNet,
+    nets: Nets<'a>,
     /// Of the coordinates of the file.
     origin: DVec3,
     /// The context of curves in the parameters of surfaces, once there is one.
@@ -25,8 +26,8 @@ pub(super) struct Part<'a> {
 
 impl<'a> Part<'a> {
     /// Numbers go on after `last`.
-    pub(super) fn after(last: usize, solid: &Solid, net: &'a ControlNet) -> Self {
-        Self { text: String::new(), next: last + 1, net, origin: solid.origin_mm(), plane_context: None }
+    pub(super) fn after(last: usize, solid: &Solid, nets: Nets<'a>) -> Self {
+        Self { text: String::new(), next: last + 1, nets, origin: solid.origin_mm(), plane_context: None }
     }
 
     pub(super) fn text(&self) -> &str {
@@ -74,7 +75,7 @@ impl<'a> Part<'a> {
             .map(|(k, edge)| {
                 let curve = match &edge.curve {
                     Curve::Line => self.line(shell.vertices[edge.from], shell.vertices[edge.to]),
-                    Curve::Border(side) => self.border(*side),
+                    Curve::Border(of, side) => self.border(*of, *side),
                     Curve::Arc(pipe) => self.ellipse(pipe),
                     Curve::Trace(trace) => {
                         let of_edge = |face: &Face| face.loops.iter().flatten().any(|used| used.0 == k);
@@ -115,18 +116,19 @@ impl<'a> Part<'a> {
         self.add(format!("ELLIPSE('',#{axes},{greater},{lesser})"))
     }
 
-    /// A border curve of the net, on its own control points.
-    fn border(&mut self, side: usize) -> usize {
-        let (nx, ny) = self.net.points();
+    /// A border curve of a net, on its own control points.
+    fn border(&mut self, of: Side, side: usize) -> usize {
+        let (net, before) = self.nets.of(of);
+        let (nx, ny) = net.points();
         let along = side % 2;
-        let number = |i: usize, j: usize| 1 + j * nx + i;
+        let number = |i: usize, j: usize| 1 + before + j * nx + i;
         let points: Vec<usize> = match side {
             0 => (0..nx).map(|i| number(i, 0)).collect(),
             1 => (0..ny).map(|j| number(nx - 1, j)).collect(),
             2 => (0..nx).map(|i| number(i, ny - 1)).collect(),
             _ => (0..ny).map(|j| number(0, j)).collect(),
         };
-        self.spline(&points, self.net.knots()[along])
+        self.spline(&points, net.knots()[along])
     }
 
     /// A clamped cubic B-spline curve through these points.
@@ -163,8 +165,8 @@ impl<'a> Part<'a> {
     /// Parameters of the net are counted in intervals from its lower corner, and `x` and `y` are
     /// linear in them.
     fn on_net(&self, trace: &Trace) -> Vec<DVec2> {
-        let extent = self.net.extent();
-        let intervals = self.net.knots().map(|knots| knots[knots.len() - 1]);
+        let extent = self.nets.exit.extent();
+        let intervals = self.nets.exit.knots().map(|knots| knots[knots.len() - 1]);
         let per_mm = DVec2::from(intervals) / extent.as_vec();
         trace.points.iter().map(|at| (at.truncate() - extent.lower()) * per_mm).collect()
     }
@@ -202,7 +204,7 @@ impl<'a> Part<'a> {
 
     fn surface(&mut self, surface: &Surface) -> usize {
         match surface {
-            Surface::Net => self.net(),
+            Surface::Net(side) => self.net(*side),
             Surface::Plane { at, normal } => {
                 // Any direction within the plane.
                 let x = if normal.z == 0.0 { DVec3::Z } else { DVec3::X };
@@ -241,19 +243,22 @@ impl<'a> Part<'a> {
             })
             .collect();
         // Normals of planes point out of the block already; those of cylinders away from their
-        // axes.
-        let same = if matches!(face.surface, Surface::Pipe { facing: Facing::In, .. }) { ".F." } else { ".T." };
+        // axes, and those of nets up.
+        let turned = matches!(face.surface, Surface::Pipe { facing: Facing::In, .. } | Surface::Net(Side::Entry));
+        let same = if turned { ".F." } else { ".T." };
         self.add(format!("ADVANCED_FACE('',({}),#{surface},{same})", references(bounds)))
     }
 
-    fn net(&mut self) -> usize {
-        let (nx, ny) = self.net.points();
-        let mut text = String::from("B_SPLINE_SURFACE_WITH_KNOTS('exit face',3,3,(");
+    fn net(&mut self, side: Side) -> usize {
+        let (net, before) = self.nets.of(side);
+        let (nx, ny) = net.points();
+        let name = if side == Side::Exit { "exit face" } else { "entry face" };
+        let mut text = format!("B_SPLINE_SURFACE_WITH_KNOTS('{name}',3,3,(");
         for i in 0..nx {
-            let column = references((0..ny).map(|j| 1 + j * nx + i));
+            let column = references((0..ny).map(|j| 1 + before + j * nx + i));
             let _ = write!(text, "{}({column})", if i == 0 { "" } else { ",\n" });
         }
-        let [x, y] = self.net.knots().map(knot_lists);
+        let [x, y] = net.knots().map(knot_lists);
         let _ = write!(text, "),.UNSPECIFIED.,.F.,.F.,.F.,({}),({}),\n({}),({}),.UNSPECIFIED.)", x.0, y.0, x.1, y.1);
         self.add(text)
     }

@@ -1,7 +1,7 @@
 //! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces
 //! with their loops.
 
-use super::{piece::Piece, trace::Trace};
+use super::{Nets, Side, piece::Piece, trace::Trace};
 use crate::{
     grid::{Contour, Outline},
     solid::Solid,
@@ -22,8 +22,8 @@ pub(super) struct Edge {
 #[derive(Clone, Debug)]
 pub(super) enum Curve {
     Line,
-    /// The border of the exit face: south, east, north, west from 0 to 3, along +x or +y.
-    Border(usize),
+    /// The border of a B-spline face: south, east, north, west from 0 to 3, along +x or +y.
+    Border(Side, usize),
     /// Of an ellipse, in the plane of its two vertices.
     Arc(Pipe),
     /// Where the exit face meets a wall that is not a side of its rectangle, in the library's
@@ -45,7 +45,7 @@ pub(super) struct Pipe {
 /// What a face lies in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Surface {
-    Net,
+    Net(Side),
     /// Through `at`, with this outward normal.
     Plane {
         at: DVec3,
@@ -88,19 +88,31 @@ pub(super) struct Shell {
 }
 
 impl Shell {
-    /// The shell of a block whose exit face is `net`, in the coordinates of its files.
-    pub(super) fn new(solid: &Solid, net: &ControlNet) -> Self {
+    /// The shell of a block with these B-spline faces, in the coordinates of its files.
+    pub(super) fn new(solid: &Solid, nets: Nets<'_>) -> Self {
         let mut shell = Self::default();
+        let net = nets.exit;
         let contour = solid.contour().unwrap_or_else(|| Outline::Rectangle.within(net.extent()));
         let around = Piece::around(&contour);
-        let exit = shell.exit(solid, net, &contour, &around);
+        let exit = if contour.is_rectangle() {
+            shell.border(solid, nets, Side::Exit, &around)
+        } else {
+            shell.traced(solid, net, &contour, &around)
+        };
+        shell.face(Surface::Net(Side::Exit), &[&exit]);
         let outer = match solid.curve() {
             (curve, Some((along, reach))) => Piece::cut_off(&Piece::around(&curve), along, reach),
             (curve, None) => Piece::around(&curve),
         };
-        let lower = shell.ring(solid, &outer, solid.entry_z_mm());
+        let lower = match nets.entry {
+            None => shell.ring(solid, &outer, solid.entry_z_mm()),
+            Some(_) => shell.border(solid, nets, Side::Entry, &around),
+        };
         let reversed: Vec<usize> = lower.iter().rev().copied().collect();
-        shell.plane(DVec3::NEG_Z, &[&reversed]);
+        match nets.entry {
+            None => shell.plane(DVec3::NEG_Z, &[&reversed]),
+            Some(_) => shell.face(Surface::Net(Side::Entry), &[&reversed]),
+        }
         match solid.rim_z_mm() {
             None => shell.walls(solid, &outer, &exit, &lower, Facing::Out),
             Some(rim_z) => {
@@ -120,28 +132,33 @@ impl Shell {
         shell
     }
 
-    /// The exit face and its vertices, at the beginnings of these pieces.
-    fn exit(&mut self, solid: &Solid, net: &ControlNet, contour: &Contour, around: &[Piece]) -> Vec<usize> {
-        let origin = solid.origin_mm();
-        let exit: Vec<usize> = if contour.is_rectangle() {
-            let (right, top) = (net.points().0 - 1, net.points().1 - 1);
-            // The border is exactly as high as the outermost control points.
-            let heights = [(0, 0), (right, 0), (right, top), (0, top)].map(|at| net.heights_mm()[at]);
-            let corners = around.iter().zip(heights);
-            corners.map(|(piece, z)| self.vertex(piece.at(0.0).extend(z) - origin)).collect()
-        } else {
-            let place = |piece: &Piece| piece.at(0.0).extend(net.sample(piece.at(0.0)).0);
-            around.iter().map(|piece| self.vertex(place(piece) - origin)).collect()
-        };
+    /// The vertices of a B-spline face over a rectangle, at the beginnings of these sides, and the
+    /// edges between them.
+    fn border(&mut self, solid: &Solid, nets: Nets<'_>, side: Side, around: &[Piece]) -> Vec<usize> {
+        let (net, _) = nets.of(side);
+        let (right, top) = (net.points().0 - 1, net.points().1 - 1);
+        // The border is exactly as high as the outermost control points.
+        let heights = [(0, 0), (right, 0), (right, top), (0, top)].map(|at| net.heights_mm()[at]);
+        let corners = around.iter().zip(heights);
+        let corners: Vec<usize> =
+            corners.map(|(piece, z)| self.vertex(piece.at(0.0).extend(z) - solid.origin_mm())).collect();
+        for k in 0..corners.len() {
+            let (from, to) = (corners[k], corners[(k + 1) % corners.len()]);
+            let (from, to) = if k < 2 { (from, to) } else { (to, from) };
+            self.edges.push(Edge { from, to, curve: Curve::Border(side, k) });
+        }
+        corners
+    }
+
+    /// The vertices of an exit face that an outline trims, at the beginnings of its pieces, and the
+    /// edges between them.
+    fn traced(&mut self, solid: &Solid, net: &ControlNet, contour: &Contour, around: &[Piece]) -> Vec<usize> {
+        let place = |piece: &Piece| piece.at(0.0).extend(net.sample(piece.at(0.0)).0);
+        let exit: Vec<usize> = around.iter().map(|piece| self.vertex(place(piece) - solid.origin_mm())).collect();
         for (k, piece) in around.iter().enumerate() {
             let (from, to) = (exit[k], exit[(k + 1) % exit.len()]);
-            self.edges.push(match (contour.is_rectangle(), k) {
-                (true, 2 | 3) => Edge { from: to, to: from, curve: Curve::Border(k) },
-                (true, _) => Edge { from, to, curve: Curve::Border(k) },
-                (false, _) => Edge { from, to, curve: Curve::Trace(Trace::new(net, contour, piece)) },
-            });
+            self.edges.push(Edge { from, to, curve: Curve::Trace(Trace::new(net, contour, piece)) });
         }
-        self.face(Surface::Net, &[&exit]);
         exit
     }
 
@@ -269,7 +286,7 @@ mod tests {
         assert_eq!(shell.vertices.len() + shell.faces.len(), shell.edges.len() + 2 + holes);
         for face in &shell.faces {
             match face.surface {
-                Surface::Net => {}
+                Surface::Net(_) => {}
                 // Every plane's loops lie in it, and turn around its normal.
                 Surface::Plane { at, normal } => {
                     for (n, around) in face.loops.iter().enumerate() {
@@ -308,7 +325,7 @@ mod tests {
         ] {
             let shape = Shape { rim, origin: Origin::Corner, ..Shape::default() };
             let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
-            let shell = Shell::new(&solid, &ControlNet::fitted(&surface, (6, 7)));
+            let shell = Shell::new(&solid, Nets { exit: &ControlNet::fitted(&surface, (6, 7)), entry: None });
             assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{rim:?}");
             examine(&shell);
         }
@@ -332,7 +349,7 @@ mod tests {
             let surface = HeightField::outlined(extent, outline, heights.clone());
             let shape = Shape { origin: Origin::Corner, rim, ..Shape::default() };
             let solid = Solid::shaped(&surface, Stock::of_thickness(10.0), shape).unwrap();
-            let shell = Shell::new(&solid, &ControlNet::interpolating(&surface));
+            let shell = Shell::new(&solid, Nets { exit: &ControlNet::interpolating(&surface), entry: None });
             assert_eq!((shell.faces.len(), shell.edges.len()), (faces, edges), "{outline:?} {rim:?}");
             examine(&shell);
         }
