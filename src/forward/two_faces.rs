@@ -4,10 +4,7 @@ use super::{
     BANDS, Caustic,
     splat::{Corner, Film},
 };
-use crate::{
-    grid::Extent,
-    surface::SurfaceSpline,
-};
+use crate::{grid::Extent, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -59,7 +56,8 @@ impl TwoFaces<'_> {
                         }
                     });
                 }
-                let [first, second] = [0, 1].map(|k| Film::of_band(&corners[k], nx + 1, views[k].cells, |_, _| true, &[]));
+                let [first, second] =
+                    [0, 1].map(|k| Film::of_band(&corners[k], nx + 1, views[k].cells, |_, _| true, &[]));
                 [(begin, first), (begin, second)]
             })
             .collect();

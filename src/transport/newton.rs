@@ -196,7 +196,12 @@ impl Newton {
 }
 
 /// Fits the border, moves the face to the mean height `height_mm`, and computes the residual.
-fn fit_and_recentre(equation: &Equation<'_, impl Map>, state: &mut State, residual: &mut [f32], height_mm: f64) -> Option<Sums> {
+fn fit_and_recentre(
+    equation: &Equation<'_, impl Map>,
+    state: &mut State,
+    residual: &mut [f32],
+    height_mm: f64,
+) -> Option<Sums> {
     // The last shifts are too small to see in the residual.
     let tolerance = LEAST_SHIFT * equation.map.distance_mm();
     for _ in 0..3 {

@@ -2,8 +2,8 @@
 
 use super::{
     equation::Equation,
-    newton::{Criterion, Newton},
     map::Jet,
+    newton::{Criterion, Newton},
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
     *,
 };

@@ -2,8 +2,8 @@
 //! parallel light lacks.
 
 use super::relation::{Arrived, CurvedLight, CurvedRay, OpticalPath, Ray, bend};
-use crate::transport::map::Jet;
 use crate::light::{Congruence, Label, PointWave};
+use crate::transport::map::Jet;
 use glam::{DMat2, DVec2, DVec3};
 
 /// The light that a flat face sends to a point of the receiver.

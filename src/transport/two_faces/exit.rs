@@ -213,6 +213,12 @@ impl Exit<'_> {
         leaving.irradiance * glass.flux * self.spread.share * at.tilt * at.growth.element_product()
     }
 
+    /// Where a ray lands on the first receiver, mm.
+    #[cfg(test)]
+    pub(super) fn landing(&self, ray: &Ray) -> DVec2 {
+        ray.leaving.at
+    }
+
     /// What a ray leaves of what is possible.
     pub(super) fn margins(&self, ray: &Ray) -> Margins {
         Margins {

@@ -45,12 +45,14 @@ impl Solved {
             .into_par_iter()
             .map(|j| {
                 let (mut row, mut real, mut nearby) = (Margins::NONE, true, None);
-                spline.row_jets(j, |i, jet| match map.ray(spline.grid.node(i, j), jet.value, jet.slope, nearby.as_ref()) {
-                    Some(ray) => {
-                        row = row.with(&map.margins(&ray));
-                        nearby = Some(ray);
+                spline.row_jets(j, |i, jet| {
+                    match map.ray(spline.grid.node(i, j), jet.value, jet.slope, nearby.as_ref()) {
+                        Some(ray) => {
+                            row = row.with(&map.margins(&ray));
+                            nearby = Some(ray);
+                        }
+                        None => real = false,
                     }
-                    None => real = false,
                 });
                 real.then_some(row)
             })
@@ -123,7 +125,7 @@ impl Task<'_> {
     }
 
     /// That the faces would be too steep.
-    fn too_thin(&self, slope: f64) -> SolveError {
+    pub(super) fn too_thin(&self, slope: f64) -> SolveError {
         // Slopes are inverse to the thickness.
         let wanted_mm = self.thickness_mm * (slope / GOOD_SLOPE).clamp(2.0, 10.0);
         SolveError::TwoFaces(TwoFacesError::Thin { thickness_mm: self.thickness_mm, wanted_mm })

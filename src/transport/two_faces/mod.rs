@@ -32,8 +32,8 @@ use crate::{
 use between::Between;
 use exit::{Exit, Spread};
 use film::Film;
-use outgoing::Outgoing;
 use glam::{DVec2, DVec3};
+use outgoing::Outgoing;
 use std::array;
 
 /// What is solved for.
@@ -53,6 +53,8 @@ pub(super) struct Task<'a> {
 const LEAST_GAP_MM: f64 = 1.0;
 /// Coarsest grid, cells along its shorter side.
 const COARSEST: usize = 12;
+/// Most grid cells per pixel, if nothing else is said.
+const FINEST: usize = 4;
 /// Residual, root mean square, at which a level is solved.
 const RMS: f64 = 3e-4;
 /// Most Newton steps on a level.
@@ -191,7 +193,12 @@ impl Task<'_> {
         summary: &mut Summary,
     ) -> Result<Solved, SolveError> {
         let divided = self.targets.map(|target| options.divide((target.cells().nx(), target.cells().ny()), nodes));
-        let per_cell = divided.map(|(_, per_cell)| per_cell);
+        // What is narrow on one receiver is wide on the other.
+        let finer = |per_cell: usize, nodes: usize, cells: usize| match options.cells_per_pixel {
+            None if options.per_cell() > 1 => per_cell.max(((nodes - 1) / cells).min(FINEST)),
+            _ => per_cell,
+        };
+        let per_cell = divided.map(|(cells, (px, py))| (finer(px, nodes.0, cells.0), finer(py, nodes.1, cells.1)));
         let mut sizes = vec![divided.map(|(cells, _)| cells)];
         loop {
             let last = sizes[sizes.len() - 1];
@@ -219,7 +226,10 @@ impl Task<'_> {
                 self.straight(&mut solved)?;
                 solved.widen(self, criterion, progress)?;
             }
-            let converged = solved.exit(self, criterion, progress, summary, STAGE)?;
+            let converged = solved.exit(self, criterion, progress, summary, STAGE).map_err(|error| match error {
+                SolveError::Failed { .. } => self.too_thin(f64::INFINITY),
+                other => other,
+            })?;
             // Coarse grids tell already what is impossible.
             self.check(&solved, converged)?;
             progress.tell(Event::Step { done: done + 1 })?;
@@ -238,11 +248,9 @@ impl Task<'_> {
         let grid = films[0].grid;
         let lit = ReceiverGrid::across(self.lit(), grid.cells);
         let (phase, exit, constant_mm) = match coarser {
-            Some(coarse) => (
-                Unknown::on(&coarse.phase.state, grid),
-                Unknown::on(&coarse.exit.state, lit),
-                coarse.constant_mm,
-            ),
+            Some(coarse) => {
+                (Unknown::on(&coarse.phase.state, grid), Unknown::on(&coarse.exit.state, lit), coarse.constant_mm)
+            }
             None => (Unknown::new(self.plain(grid)), Unknown::new(State::zero(lit)), 0.0),
         };
         Solved { cells, per_cell, films, phase, exit, constant_mm }
@@ -439,3 +447,5 @@ fn run(
     Ok(converged)
 }
 
+#[cfg(test)]
+mod tests;

@@ -12,7 +12,10 @@
 //! through `X` across the axis is that on the receiver over `det J`.
 
 use super::film::Film;
-use crate::{light::outer, transport::{map::Jet, spline::PathSpline}};
+use crate::{
+    light::outer,
+    transport::{map::Jet, spline::PathSpline},
+};
 use glam::{DMat2, DVec2};
 
 /// The congruence; see the [module](self).
@@ -30,7 +33,7 @@ pub(super) struct Outgoing<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Leaving {
     /// Its position on the receiver, mm.
-    at: DVec2,
+    pub(super) at: DVec2,
     x: DVec2,
     pub(super) s: DVec2,
     pub(super) c: f64,
