@@ -66,9 +66,7 @@ pub enum DesignError {
         at_mm: DVec2,
     },
     /// The solver gave the block a second structured face.
-    #[error(
-        "2 faces of the block are structured; solids are closed under 1, over a planar entry face: leave only the exit face free"
-    )]
+    #[error("2 faces of the block are structured, and a stock is cut on one side: close them by Solid::between")]
     EntryFace,
     /// The surface does not fit the stock.
     #[error(transparent)]

@@ -11,7 +11,7 @@ use glasswarp::{
     light::Intensity,
     pipeline::{self, DesignError},
     solid::{Rim, Shape, Stock},
-    solver::{FreeFaces, Problem, Silent, SolveError, Solver},
+    solver::{FreeFaces, Problem, Silent, SolveError, Solver, TwoFacesError},
     surface::Polish,
     transport::Transport,
     warp::{Warping, WarpingPaper},
@@ -138,11 +138,16 @@ fn problems_of_more_faces_or_pictures_than_a_solver_finds_are_refused_with_the_l
     let far = Receiver::new(400.0, bench.window());
     let two = one.clone().and_target(&target, far).unwrap();
     assert_eq!((two.targets()[0].receiver, two.targets()[1].receiver), (*bench.receiver(), far));
-    let both = one.clone().with_free_faces(FreeFaces::EntryAndExit);
+    let both = one.clone().with_free_faces(FreeFaces::EntryAndExit { thickness_mm: 20.0 });
     let solvers: [&dyn Solver; 3] = [&Transport::default(), &Warping::default(), &WarpingPaper::default()];
     for solver in solvers {
         let refused = solver.solve(&two, (33, 33), &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::Targets { targets: 2, limit: 1, .. }), "{refused}");
+    }
+    let refused = Transport::default().solve(&both, (33, 33), &Silent).unwrap_err();
+    assert!(matches!(refused, SolveError::TwoFaces(TwoFacesError::Pictures { targets: 1 })), "{refused}");
+    let solvers: [&dyn Solver; 2] = [&Warping::default(), &WarpingPaper::default()];
+    for solver in solvers {
         let refused = solver.solve(&both, (33, 33), &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::FreeFaces { faces: 2, limit: 1, .. }), "{refused}");
     }

@@ -12,6 +12,14 @@ pub enum TwoFacesError {
         /// What to do.
         remedy: &'static str,
     },
+    /// Not two pictures.
+    #[error(
+        "two free faces draw two pictures, and the problem has {targets}: give two, or leave only the exit face free"
+    )]
+    Pictures {
+        /// Targets of the problem.
+        targets: usize,
+    },
     /// Receivers in the wrong order.
     #[error(
         "the second picture's receiver, at {far_mm} mm, does not stand behind the first one's, at {near_mm} mm: give the nearer one first"

@@ -57,7 +57,7 @@ impl Solved {
                 real.then_some(row)
             })
             .collect();
-        Some(rows?.iter().fold(Margins::NONE, |all, row| all.with(row)))
+        Some(rows?.iter().fold(Margins::NONE, Margins::with))
     }
 }
 

@@ -104,7 +104,7 @@ impl<'a> Task<'a> {
     pub(super) fn of(problem: &Problem<'a>, thickness_mm: f64) -> Result<Self, SolveError> {
         let bench = problem.bench();
         let &[first, second] = problem.targets() else {
-            return Err(SolveError::Targets { solver: NAME, targets: problem.targets().len(), limit: 2 });
+            return Err(SolveError::TwoFaces(TwoFacesError::Pictures { targets: problem.targets().len() }));
         };
         let refused = |able, remedy| Err(SolveError::TwoFaces(TwoFacesError::Bench { able, remedy }));
         let ExitFace::Refracts { ior } = bench.exit_face() else {
@@ -233,9 +233,12 @@ impl Task<'_> {
             // Coarse grids tell already what is impossible.
             self.check(&solved, converged)?;
             progress.tell(Event::Step { done: done + 1 })?;
+            if done + 1 == sizes.len() {
+                return Ok(solved);
+            }
             coarser = Some(solved);
         }
-        coarser.ok_or_else(|| unreachable!("the finest level is always there"))
+        unreachable!("the finest level is always there")
     }
 
     fn start(
