@@ -13,7 +13,7 @@ use glasswarp::{
     solid::{Rim, Shape, Stock},
     solver::{FreeFaces, Problem, Silent, SolveError, Solver, TwoFacesError},
     surface::Polish,
-    transport::Transport,
+    transport::{Transport, TwoFaces},
     warp::{Warping, WarpingPaper},
 };
 use proptest::prelude::*;
@@ -144,9 +144,10 @@ fn problems_of_more_faces_or_pictures_than_a_solver_finds_are_refused_with_the_l
         let refused = solver.solve(&two, (33, 33), &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::Targets { targets: 2, limit: 1, .. }), "{refused}");
     }
-    let refused = Transport::default().solve(&both, (33, 33), &Silent).unwrap_err();
+    let refused = TwoFaces::default().solve(&both, (33, 33), &Silent).unwrap_err();
     assert!(matches!(refused, SolveError::TwoFaces(TwoFacesError::Pictures { targets: 1 })), "{refused}");
-    let solvers: [&dyn Solver; 2] = [&Warping::default(), &WarpingPaper::default()];
+    let refused = TwoFaces::default().solve(&one, (33, 33), &Silent).unwrap_err();
+    assert!(matches!(refused, SolveError::TwoFaces(TwoFacesError::OneFree)), "{refused}");
     for solver in solvers {
         let refused = solver.solve(&both, (33, 33), &Silent).unwrap_err();
         assert!(matches!(refused, SolveError::FreeFaces { faces: 2, limit: 1, .. }), "{refused}");

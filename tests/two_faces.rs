@@ -12,7 +12,7 @@ use glasswarp::{
     irradiance::{TargetIrradiance, to_picture_order},
     solid::{Shape, Solid, Stock},
     solver::{FreeFaces, Problem, Silent, Solver},
-    transport::Transport,
+    transport::TwoFaces,
 };
 use glasswarp_verify::{Block, Scene, Tracer, Window, beams, load};
 
@@ -42,7 +42,7 @@ fn the_exported_block_draws_both_pictures_in_every_format() {
         .and_target(&second, Receiver::new(DISTANCES_MM[1], BLOCK))
         .unwrap()
         .with_free_faces(FreeFaces::EntryAndExit { thickness_mm: THICKNESS_MM });
-    let solution = Transport::default().solve(&problem, (257, 193), &Silent).unwrap();
+    let solution = TwoFaces::default().solve(&problem, (257, 193), &Silent).unwrap();
     let entry = solution.entry.unwrap();
     assert!((entry.thickness_mm - THICKNESS_MM).abs() < 0.1, "{}", entry.thickness_mm);
     let stock = Stock::of_thickness(solution.exit.range_mm().1 + entry.thickness_mm - entry.surface.range_mm().0);

@@ -12,6 +12,9 @@ pub enum TwoFacesError {
         /// What to do.
         remedy: &'static str,
     },
+    /// A problem with one free face.
+    #[error("this solver is for two free faces, and the problem leaves one: take the transport solver")]
+    OneFree,
     /// Not two pictures.
     #[error(
         "two free faces draw two pictures, and the problem has {targets}: give two, or leave only the exit face free"

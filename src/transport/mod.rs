@@ -24,10 +24,11 @@ mod uneven;
 mod unfold;
 
 pub use options::{BlackFloor, Quality, TransportOptions, TransportOptionsError};
+pub use two_faces::TwoFaces;
 
 use crate::{
     optim::Summary,
-    solver::{FreeFaces, Problem, Progress, Solution, SolveError, Solver, check_nodes},
+    solver::{Problem, Progress, Solution, SolveError, Solver, check_nodes},
 };
 use level::NAME;
 
@@ -65,11 +66,8 @@ impl Solver for Transport {
         nodes: (usize, usize),
         progress: &dyn Progress,
     ) -> Result<Solution, SolveError> {
-        check_nodes(NAME, nodes)?;
-        if let FreeFaces::EntryAndExit { thickness_mm } = problem.free_faces() {
-            return two_faces::Task::of(problem, thickness_mm)?.solve(&self.options, nodes, progress);
-        }
         let (bench, target) = problem.single(NAME)?;
+        check_nodes(NAME, nodes)?;
         let mut summary = Summary::default();
         start::check(bench)?;
         let mut solved = pyramid::solve(&self.options, target, bench, nodes, progress, &mut summary)

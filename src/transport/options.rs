@@ -60,6 +60,9 @@ pub enum TransportOptionsError {
     /// Too many rounds.
     #[error("{0} rounds of the closed loop; at most {limit} are of any use", limit = TransportOptions::MOST_ROUNDS)]
     Rounds(usize),
+    /// An option for one free face, given to a solver for two.
+    #[error("a finish and a least radius of curvature are designed for with one free face only: leave them out")]
+    OneFace,
     /// A floor that leaves no black or no light.
     #[error("a floor of black of {0} of the mean; it must lie between {least} and {most}", least = TransportOptions::FLOOR_LIMITS.0, most = TransportOptions::FLOOR_LIMITS.1)]
     Floor(f64),

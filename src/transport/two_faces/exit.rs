@@ -221,12 +221,7 @@ impl Exit<'_> {
 
     /// What a ray leaves of what is possible.
     pub(super) fn margins(&self, ray: &Ray) -> Margins {
-        Margins {
-            stretch: ray.leaving.narrowest(),
-            slope: ray.at.p.length(),
-            glass_mm: ray.glass.length * ray.glass.w / self.ior,
-            highest_mm: ray.h,
-        }
+        Margins { stretch: ray.leaving.narrowest(), slope: ray.at.p.length(), highest_mm: ray.h }
     }
 
     /// `sum_ij w_ij A_ij + of_light ln g` of a ray.

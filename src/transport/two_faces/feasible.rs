@@ -3,6 +3,7 @@
 
 use super::{Solved, Task};
 use crate::{
+    optim::Summary,
     solver::{SolveError, TwoFacesError},
     transport::{map::Map, spline::PathSpline},
 };
@@ -14,8 +15,10 @@ use rayon::prelude::*;
 const LEAST_MARGIN: f64 = 0.05;
 /// The margin that is advised.
 const GOOD_MARGIN: f64 = 0.4;
-/// Least glass along a ray, as a share of the thickness.
+/// Least glass along the axis, as a share of the thickness.
 const LEAST_GLASS: f64 = 0.02;
+/// Nodes at which the glass of a coarse solution is looked at.
+const ROUGHLY: (usize, usize) = (49, 49);
 /// Steepest slope of a face.
 const MOST_SLOPE: f64 = 2.0;
 /// The slope that is advised.
@@ -29,8 +32,6 @@ pub(super) struct Margins {
     pub(super) stretch: f64,
     /// Steepest slope of the exit face.
     pub(super) slope: f64,
-    /// Least glass along the axis over a ray, mm.
-    pub(super) glass_mm: f64,
     /// Highest point of the exit face, mm.
     pub(super) highest_mm: f64,
 }
@@ -62,14 +63,12 @@ impl Solved {
 }
 
 impl Margins {
-    const NONE: Self =
-        Self { stretch: f64::INFINITY, slope: 0.0, glass_mm: f64::INFINITY, highest_mm: f64::NEG_INFINITY };
+    const NONE: Self = Self { stretch: f64::INFINITY, slope: 0.0, highest_mm: f64::NEG_INFINITY };
 
     fn with(self, other: &Self) -> Self {
         Self {
             stretch: self.stretch.min(other.stretch),
             slope: self.slope.max(other.slope),
-            glass_mm: self.glass_mm.min(other.glass_mm),
             highest_mm: self.highest_mm.max(other.highest_mm),
         }
     }
@@ -102,10 +101,24 @@ impl Task<'_> {
         if !converged || margins.slope > MOST_SLOPE {
             return Err(self.too_thin(margins.slope));
         }
-        if margins.glass_mm < LEAST_GLASS * self.thickness_mm {
-            return Err(self.cuts(margins.glass_mm));
+        let glass_mm = self.faces(solved, ROUGHLY).least_glass_mm();
+        if glass_mm.is_nan() || glass_mm < LEAST_GLASS * self.thickness_mm {
+            return Err(self.cuts(glass_mm));
         }
         Ok(())
+    }
+
+    /// Tells what a solution leaves.
+    pub(super) fn describe(&self, solved: &Solved, summary: &mut Summary) {
+        let Some(Margins { stretch, slope, .. }) = solved.margins(self) else { return };
+        summary.notes.push(format!(
+            "at the block the light keeps at least {stretch:.2} of its width on the first receiver (0 would be a focus), and the exit face is at most {slope:.2} steep"
+        ));
+        if stretch < GOOD_MARGIN {
+            summary.warnings.push(format!(
+                "between block and first receiver the light gathers to {stretch:.2} of its width: hot spots on the way, and narrow tolerances; more than {GOOD_MARGIN} is advised: move the second receiver further away, or raise the offset"
+            ));
+        }
     }
 
     /// What is left at the mean exit plane of the narrowest stretch of the light.

@@ -8,15 +8,16 @@
 
 mod between;
 mod exit;
+mod faces;
 mod feasible;
 mod film;
 mod outgoing;
 mod rounds;
 
 use super::{
-    TransportOptions,
+    TransportOptions, TransportOptionsError,
     equation::{Equation, State},
-    level::{FORCING, NAME, STAGE, record},
+    level::{FORCING, STAGE, record},
     light,
     newton::{Criterion, Halt, Newton},
     spline::{BorderSlopes, PathSpline, ReceiverGrid},
@@ -27,7 +28,7 @@ use crate::{
     irradiance::TargetIrradiance,
     light::Light,
     optim::{Summary, Termination},
-    solver::{Event, Problem, Progress, Solution, SolveError, TwoFacesError},
+    solver::{Event, FreeFaces, Problem, Progress, Solution, SolveError, Solver, TwoFacesError, check_nodes},
 };
 use between::Between;
 use exit::{Exit, Spread};
@@ -36,19 +37,54 @@ use glam::{DVec2, DVec3};
 use outgoing::Outgoing;
 use std::array;
 
-/// What is solved for.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Task<'a> {
-    pub(super) block: Extent,
-    pub(super) ior: f64,
-    /// Between the mean planes of both faces, mm.
-    pub(super) thickness_mm: f64,
-    /// From the mean exit plane to both receivers, mm.
-    pub(super) distances_mm: [f64; 2],
-    pub(super) windows: [Extent; 2],
-    pub(super) targets: [&'a TargetIrradiance; 2],
+/// The solver for two free faces: draws two pictures, on receivers one behind the other; see the
+/// [module](self).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TwoFaces {
+    options: TransportOptions,
 }
 
+impl TwoFaces {
+    /// A solver with these options, of which a finish and a least radius are for one free face.
+    ///
+    /// # Errors
+    /// An option outside of its limits, or one that is for one free face.
+    pub fn new(options: TransportOptions) -> Result<Self, TransportOptionsError> {
+        options.validate()?;
+        if options.finish.is_some() || options.min_radius_mm.is_some() {
+            return Err(TransportOptionsError::OneFace);
+        }
+        Ok(Self { options })
+    }
+}
+
+impl Solver for TwoFaces {
+    fn solve(
+        &self,
+        problem: &Problem<'_>,
+        nodes: (usize, usize),
+        progress: &dyn Progress,
+    ) -> Result<Solution, SolveError> {
+        check_nodes(NAME, nodes)?;
+        Task::of(problem)?.solve(&self.options, nodes, progress)
+    }
+}
+
+/// What is solved for.
+#[derive(Clone, Copy, Debug)]
+struct Task<'a> {
+    block: Extent,
+    ior: f64,
+    /// Between the mean planes of both faces, mm.
+    thickness_mm: f64,
+    /// From the mean exit plane to both receivers, mm.
+    distances_mm: [f64; 2],
+    windows: [Extent; 2],
+    targets: [&'a TargetIrradiance; 2],
+}
+
+/// The solver's name in messages.
+const NAME: &str = "two-faces";
 /// Least distance between the receivers, mm.
 const LEAST_GAP_MM: f64 = 1.0;
 /// Coarsest grid, cells along its shorter side.
@@ -101,8 +137,11 @@ impl<'a> Task<'a> {
     ///
     /// # Errors
     /// A bench that this is not solved for.
-    pub(super) fn of(problem: &Problem<'a>, thickness_mm: f64) -> Result<Self, SolveError> {
+    fn of(problem: &Problem<'a>) -> Result<Self, SolveError> {
         let bench = problem.bench();
+        let FreeFaces::EntryAndExit { thickness_mm } = problem.free_faces() else {
+            return Err(SolveError::TwoFaces(TwoFacesError::OneFree));
+        };
         let &[first, second] = problem.targets() else {
             return Err(SolveError::TwoFaces(TwoFacesError::Pictures { targets: problem.targets().len() }));
         };
@@ -154,7 +193,7 @@ impl Task<'_> {
     ///
     /// # Errors
     /// Pictures that these receivers and this thickness do not allow, and a solve that was cancelled.
-    pub(super) fn solve(
+    fn solve(
         &self,
         options: &TransportOptions,
         nodes: (usize, usize),
@@ -162,6 +201,7 @@ impl Task<'_> {
     ) -> Result<Solution, SolveError> {
         let mut summary = Summary::default();
         let solved = self.pyramid(options, nodes, progress, &mut summary)?;
+        self.describe(&solved, &mut summary);
         self.close(options, solved, nodes, progress, summary)
     }
 

@@ -1,25 +1,21 @@
 //! The closed loop: look at the light of both faces on both receivers, and ask for less where there is
 //! too much.
 
-use super::{Solved, Task, rectangle};
+use super::{NAME, Solved, Task, faces::Faces, rectangle};
 use crate::{
-    forward::{Caustic, TwoFaces, View},
+    forward::{Caustic, TwoReliefs, View},
     grid::Field,
     optim::Summary,
     solver::{EntryFace, Event, Progress, Solution, SolveError},
     surface::{HeightField, SurfaceSpline},
     transport::{
         TransportOptions,
-        carry::Carrier,
         correction::{Correction, STAGES},
         equation::State,
-        level::{FORCING, NAME},
+        level::FORCING,
         newton::Criterion,
-        spline::PathSpline,
     },
 };
-use glam::DVec2;
-use rayon::prelude::*;
 
 /// Newton steps of a round.
 const STEPS: usize = 12;
@@ -29,9 +25,8 @@ const RESIDUAL_SHARE: f64 = 0.12;
 const LEAST_GAIN: f64 = 0.03;
 /// Greatest correction of the mean height that can be meant, as a share of the distance.
 const MOST_SHIFT: f64 = 0.1;
-/// Most steps from a point of the block to the place of the unknown, and how close to it is on it, mm.
-const PLACINGS: usize = 50;
-const NEAR_MM: f64 = 1e-12;
+/// Relative RMS error of a picture that is worth a word.
+const WEAK: f64 = 0.05;
 /// Beams across a cell of the pictures, at least.
 const BEAMS: usize = 8;
 
@@ -109,23 +104,32 @@ impl Task<'_> {
                 known = solved.unknowns();
             }
             stage += usize::from(gain.is_nan() || gain < LEAST_GAIN);
-            if round >= rounds || stage >= STAGES.len() {
+            if round >= rounds {
                 break;
             }
-            for (k, correction) in corrections.iter().enumerate() {
-                correction.next(&solved.cells[k], options.floor(), stage, &mut solved.films[k].light);
-            }
-            let criterion = Criterion { rms: (RESIDUAL_SHARE * error).max(super::RMS), steps: STEPS, forcing: FORCING };
-            let name = format!("closed loop {}", round + 1);
             if gain.is_nan() || gain <= 0.0 {
                 solved.take_back(&known);
             }
-            let phase = solved.phase(self, criterion, progress, &mut summary, &name);
-            match phase.and_then(|_| solved.exit(self, criterion, progress, &mut summary, &name)) {
-                Ok(_) => {}
-                Err(SolveError::Cancelled) => return Err(SolveError::Cancelled),
-                // What was found before stands.
-                Err(_) => break,
+            let criterion = Criterion { rms: (RESIDUAL_SHARE * error).max(super::RMS), steps: STEPS, forcing: FORCING };
+            let name = format!("closed loop {}", round + 1);
+            // A correction that leaves no rays is tried once more, more gently.
+            let mut corrected = false;
+            while !corrected && stage < STAGES.len() {
+                for (k, correction) in corrections.iter().enumerate() {
+                    correction.next(&solved.cells[k], options.floor(), stage, &mut solved.films[k].light);
+                }
+                let phase = solved.phase(self, criterion, progress, &mut summary, &name);
+                match phase.and_then(|_| solved.exit(self, criterion, progress, &mut summary, &name)) {
+                    Ok(_) => corrected = true,
+                    Err(SolveError::Cancelled) => return Err(SolveError::Cancelled),
+                    Err(_) => {
+                        solved.take_back(&known);
+                        stage += 1;
+                    }
+                }
+            }
+            if !corrected {
+                break;
             }
             progress.tell(Event::Step { done: round + 1 })?;
         }
@@ -135,6 +139,11 @@ impl Task<'_> {
             ny: nodes.1,
             why: "the light of the faces is not a number".into(),
         })?;
+        for (error, which) in best.errors.into_iter().zip(["first", "second"]).filter(|(error, _)| *error > WEAK) {
+            summary.warnings.push(format!(
+                "the light of the {which} picture differs from it by {error:.3} of its mean (root mean square); more nodes, a larger offset, or a thicker block bring it closer"
+            ));
+        }
         let [first, second] = best.seen;
         Ok(Solution::new(best.exit, summary)
             .with_entry(EntryFace { surface: best.entry, thickness_mm: best.thickness_mm })
@@ -143,17 +152,16 @@ impl Task<'_> {
 
     /// The faces of the block as they are solved for, and their light.
     fn block(&self, solved: &mut Solved, (nx, ny): (usize, usize)) -> Result<Block, SolveError> {
-        let map = solved.exit_map(self);
-        let spline = &solved.exit.state.spline;
-        let carried = Carrier::new(rectangle(self.block), (nx, ny)).heights(&map, spline);
-        let mut exit = Field::filled(nx, ny, 0.0);
-        exit.as_mut_slice().par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
-            row.iter_mut().enumerate().for_each(|(i, h)| *h = self.height(spline, self.block.node(i, j, nx, ny)));
-        });
-        let (entry_mm, exit_mm) = (carried.heights_mm.mean(), exit.mean());
-        if carried.missed > 0 {
-            tracing::debug!(missed = carried.missed, "nodes of the entry face whose ray was not found");
+        let faces = self.faces(solved, (nx, ny));
+        let glass_mm = faces.least_glass_mm();
+        if glass_mm.is_nan() || glass_mm <= 0.0 {
+            return Err(self.cuts(glass_mm));
         }
+        let Faces { entry, exit, missed } = faces;
+        if missed > 0 {
+            tracing::debug!(missed, "nodes of the entry face whose ray was not found");
+        }
+        let (entry_mm, exit_mm) = (entry.mean(), exit.mean());
         let thickness_mm = exit_mm - entry_mm;
         // The next face has its mean where it shall be.
         if exit_mm.abs() < MOST_SHIFT * self.distances_mm[0] {
@@ -161,7 +169,7 @@ impl Task<'_> {
         }
         // The next solve has the right thickness.
         solved.constant_mm += (self.ior - 1.0) * (self.thickness_mm - thickness_mm);
-        let entry = HeightField::new(self.block, carried.heights_mm);
+        let entry = HeightField::new(self.block, entry);
         let exit = HeightField::new(self.block, exit);
         let faces = [&entry, &exit].map(SurfaceSpline::through);
         let views = [0, 1].map(|k| View {
@@ -173,28 +181,10 @@ impl Task<'_> {
             (nodes - 1) * (BEAMS * cells[0].max(cells[1])).div_ceil(nodes - 1).clamp(2, 8)
         };
         let beams = (along(nx, views.map(|view| view.cells.0)), along(ny, views.map(|view| view.cells.1)));
-        let glass = TwoFaces { entry: &faces[0], exit: &faces[1], thickness_mm, ior: self.ior };
+        let glass = TwoReliefs { entry: &faces[0], exit: &faces[1], thickness_mm, ior: self.ior };
         let seen = glass.irradiance(views, beams);
         let errors = [0, 1].map(|k| relative_rms(&seen[k].irradiance, &solved.cells[k]));
         Ok(Block { entry, exit, thickness_mm, seen, errors })
-    }
-}
-
-impl Task<'_> {
-    /// The height of the exit face over a point of the block. Beyond what is lit the face goes on as it
-    /// comes.
-    fn height(&self, spline: &PathSpline, x: DVec2) -> f64 {
-        let beta = self.spread().beta;
-        let (mut xi, mut height) = (x, 0.0);
-        for _ in 0..PLACINGS {
-            height = spline.jet_beyond(spline.grid.position(xi)).value;
-            let next = x / (DVec2::ONE + beta * height);
-            if (next - xi).length_squared() < NEAR_MM * NEAR_MM {
-                break;
-            }
-            xi = next;
-        }
-        height
     }
 }
 

@@ -6,11 +6,11 @@ use super::{
 };
 use crate::{
     bench::{Bench, ExitFace, Receiver},
-    forward::{TwoFaces, View},
+    forward::{TwoReliefs, View},
     measured::within_tenth_of,
     solver::{FreeFaces, Silent, Solver},
     surface::SurfaceSpline,
-    transport::{Transport, map::Map},
+    transport::{TwoFaces, map::Map},
 };
 use glam::DMat2;
 
@@ -47,7 +47,7 @@ fn solve(
         .and_target(targets[1], Receiver::new(distances_mm[1], windows[1]))
         .unwrap()
         .with_free_faces(FreeFaces::EntryAndExit { thickness_mm });
-    Transport::default().solve(&problem, nodes, &Silent)
+    TwoFaces::default().solve(&problem, nodes, &Silent)
 }
 
 /// Relative errors of both pictures by many beams.
@@ -59,7 +59,7 @@ fn errors(
 ) -> [f64; 2] {
     let entry = solution.entry.as_ref().unwrap();
     let faces = [&entry.surface, &solution.exit].map(SurfaceSpline::through);
-    let glass = TwoFaces { entry: &faces[0], exit: &faces[1], thickness_mm: entry.thickness_mm, ior: IOR };
+    let glass = TwoReliefs { entry: &faces[0], exit: &faces[1], thickness_mm: entry.thickness_mm, ior: IOR };
     let views = [0, 1].map(|k| View {
         distance_mm: distances_mm[k],
         window: windows[k],
@@ -191,7 +191,7 @@ fn what_cannot_be_is_refused_with_what_would_make_it_possible() {
             .and_target(&even, Receiver::new(200.0, BLOCK))
             .unwrap()
             .with_free_faces(FreeFaces::EntryAndExit { thickness_mm: 40.0 });
-        Transport::default().solve(&problem, (33, 33), &Silent).map(drop).unwrap_err().to_string()
+        TwoFaces::default().solve(&problem, (33, 33), &Silent).map(drop).unwrap_err().to_string()
     };
     let tilted = bench.clone().with_light_in_air(DVec3::new(0.2, 0.0, 1.0)).unwrap();
     let disc = bench.clone().with_outline(Outline::Circle).unwrap();

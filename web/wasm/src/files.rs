@@ -73,7 +73,7 @@ impl Made {
             }
             Kind::Solid(Format::Step) => {
                 let fit = choose_net(solid.surface(), self.plan.step, &design).map_err(Failure::refused)?;
-                write_step(&mut bytes, solid, &fit.net, &design).map_err(Failure::writing)?;
+                write_step(&mut bytes, solid, &fit.net, None, &design).map_err(Failure::writing)?;
             }
             Kind::Solid(format) => {
                 format.check(solid).map_err(Failure::exporting)?;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// A block in light along its axis.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TwoFaces<'a> {
+pub(crate) struct TwoReliefs<'a> {
     /// Heights over the mean entry plane, mm.
     pub(crate) entry: &'a SurfaceSpline,
     pub(crate) exit: &'a SurfaceSpline,
@@ -34,7 +34,7 @@ const STEPS: usize = 12;
 /// How close to it is on it, mm.
 const NEAR_MM: f64 = 1e-10;
 
-impl TwoFaces<'_> {
+impl TwoReliefs<'_> {
     /// The irradiance on the cells of two receivers, from `beams` beams of light across the block.
     pub(crate) fn irradiance(&self, views: [View; 2], beams: (usize, usize)) -> [Caustic; 2] {
         let (nx, ny) = beams;
