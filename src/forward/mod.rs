@@ -6,14 +6,12 @@
 //! verifier's, which shares nothing.
 
 mod splat;
-mod two_reliefs;
+pub(crate) mod two_reliefs;
 
 use crate::{bench::Bench, grid::Field, light::Incoming, optics::Interface, surface::SurfaceSpline};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use splat::{Corner, Film};
-
-pub(crate) use two_reliefs::{TwoReliefs, View};
 
 /// Where on the block the light is taken to leave it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

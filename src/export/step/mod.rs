@@ -9,6 +9,7 @@
 //! Heights are written to nine decimals of a millimetre.
 
 mod choose;
+mod nets;
 mod part;
 mod piece;
 mod shell;
@@ -19,6 +20,7 @@ pub use choose::{NetFit, StepError, StepTolerance, choose_net};
 
 use super::{Design, text::in_order};
 use crate::{solid::Solid, surface::ControlNet};
+use nets::{Nets, count};
 use part::Part;
 use shell::Shell;
 use std::io::{self, Write};
@@ -56,40 +58,6 @@ pub fn write_step(
     writer.write_all(out.text().as_bytes())?;
     writer.write_all(b"ENDSEC;\nEND-ISO-10303-21;\n")?;
     writer.flush()
-}
-
-/// The B-spline faces of a block.
-#[derive(Clone, Copy, Debug)]
-struct Nets<'a> {
-    exit: &'a ControlNet,
-    /// Of an entry face that is no plane.
-    entry: Option<&'a ControlNet>,
-}
-
-/// One of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Side {
-    Exit,
-    Entry,
-}
-
-impl<'a> Nets<'a> {
-    /// In the order of their control points in the file.
-    fn all(self) -> impl Iterator<Item = &'a ControlNet> {
-        [Some(self.exit), self.entry].into_iter().flatten()
-    }
-
-    /// The net of a side, and how many control points are written before its own.
-    fn of(self, side: Side) -> (&'a ControlNet, usize) {
-        match (side, self.entry) {
-            (Side::Entry, Some(entry)) => (entry, count(self.exit)),
-            _ => (self.exit, 0),
-        }
-    }
-}
-
-fn count(net: &ControlNet) -> usize {
-    net.points().0 * net.points().1
 }
 
 fn header(writer: &mut impl Write, solid: &Solid, design: &Design) -> io::Result<()> {

@@ -1,7 +1,7 @@
 //! The entities of the solid after its control points.
 
 use super::{
-    Nets, Side,
+    nets::{Nets, Side},
     shell::{Curve, Face, Facing, Pipe, Sense, Shell, Surface},
     text::{UNCERTAINTY_MM, decimals, knot_lists, real, references, text_of},
     trace::Trace,

@@ -1,7 +1,11 @@
 //! The topology of the block as a CAD kernel has it: vertices, edges that two faces share, faces
 //! with their loops.
 
-use super::{Nets, Side, piece::Piece, trace::Trace};
+use super::{
+    nets::{Nets, Side},
+    piece::Piece,
+    trace::Trace,
+};
 use crate::{
     grid::{Contour, Outline},
     solid::Solid,

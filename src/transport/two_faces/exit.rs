@@ -31,7 +31,7 @@
 //! ```
 
 use super::{
-    feasible::Margins,
+    margins::Margins,
     outgoing::{Leaving, Outgoing},
 };
 use crate::{

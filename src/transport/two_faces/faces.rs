@@ -1,6 +1,6 @@
 //! From the solution to the heights of both faces.
 
-use super::{Solved, Task, rectangle};
+use super::solve::{Solved, Task, rectangle};
 use crate::{
     grid::Field,
     transport::{carry::Carrier, spline::PathSpline},

@@ -1,13 +1,15 @@
 //! Whether two pictures can be drawn from two receivers so far apart by a block so thick, and what
 //! would make them possible.
 
-use super::{Solved, Task};
+use super::{
+    margins::{Margins, narrowest},
+    solve::{Solved, Task},
+};
 use crate::{
     optim::Summary,
     solver::{SolveError, TwoFacesError},
     transport::{map::Map, spline::PathSpline},
 };
-use glam::DMat2;
 use rayon::prelude::*;
 
 /// What is left at the exit face of the narrowest stretch of the light, at least: 0 is a focus on the
@@ -23,18 +25,6 @@ const ROUGHLY: (usize, usize) = (49, 49);
 const MOST_SLOPE: f64 = 2.0;
 /// The slope that is advised.
 const GOOD_SLOPE: f64 = 0.5;
-
-/// What a solution on some grid leaves.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Margins {
-    /// The narrowest stretch of the light between the first receiver and the exit face: less than 1
-    /// where it gathers towards the block.
-    pub(super) stretch: f64,
-    /// Steepest slope of the exit face.
-    pub(super) slope: f64,
-    /// Highest point of the exit face, mm.
-    pub(super) highest_mm: f64,
-}
 
 impl Solved {
     /// What the rays of all nodes leave; none where there is no ray.
@@ -60,24 +50,6 @@ impl Solved {
             .collect();
         Some(rows?.iter().fold(Margins::NONE, Margins::with))
     }
-}
-
-impl Margins {
-    const NONE: Self = Self { stretch: f64::INFINITY, slope: 0.0, highest_mm: f64::NEG_INFINITY };
-
-    fn with(self, other: &Self) -> Self {
-        Self {
-            stretch: self.stretch.min(other.stretch),
-            slope: self.slope.max(other.slope),
-            highest_mm: self.highest_mm.max(other.highest_mm),
-        }
-    }
-}
-
-/// The lesser stretch of a jacobian that is nearly symmetric.
-pub(super) fn narrowest(stretch: DMat2) -> f64 {
-    let (trace, determinant) = (stretch.x_axis.x + stretch.y_axis.y, stretch.determinant());
-    0.5 * (trace - (trace * trace - 4.0 * determinant).max(0.0).sqrt())
 }
 
 impl Task<'_> {

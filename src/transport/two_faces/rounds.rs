@@ -1,9 +1,15 @@
 //! The closed loop: look at the light of both faces on both receivers, and ask for less where there is
 //! too much.
 
-use super::{NAME, Solved, Task, faces::Faces, rectangle};
+use super::{
+    faces::Faces,
+    solve::{NAME, RMS, Solved, Task, rectangle},
+};
 use crate::{
-    forward::{Caustic, TwoReliefs, View},
+    forward::{
+        Caustic,
+        two_reliefs::{TwoReliefs, View},
+    },
     grid::Field,
     optim::Summary,
     solver::{EntryFace, Event, Progress, Solution, SolveError},
@@ -110,7 +116,7 @@ impl Task<'_> {
             if gain.is_nan() || gain <= 0.0 {
                 solved.take_back(&known);
             }
-            let criterion = Criterion { rms: (RESIDUAL_SHARE * error).max(super::RMS), steps: STEPS, forcing: FORCING };
+            let criterion = Criterion { rms: (RESIDUAL_SHARE * error).max(RMS), steps: STEPS, forcing: FORCING };
             let name = format!("closed loop {}", round + 1);
             // A correction that leaves no rays is tried once more, more gently.
             let mut corrected = false;

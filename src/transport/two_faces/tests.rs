@@ -2,11 +2,12 @@
 
 use super::{
     exit::{Exit, Spread},
-    *,
+    film::Film,
+    outgoing::Outgoing,
 };
 use crate::{
     bench::{Bench, ExitFace, Receiver},
-    forward::{TwoReliefs, View},
+    forward::two_reliefs::{TwoReliefs, View},
     measured::within_tenth_of,
     solver::{FreeFaces, Silent, Solver},
     surface::SurfaceSpline,
@@ -142,7 +143,7 @@ fn two_pictures_are_drawn() {
     let solution = solve(targets, windows, distances, 60.0, (193, 155)).unwrap();
     let [first, second] = errors(&solution, targets, windows, distances);
     within_tenth_of(3.46e-4, first, "first");
-    within_tenth_of(0.001, second, "second");
+    within_tenth_of(5.61e-4, second, "second");
 }
 
 #[test]
@@ -152,7 +153,7 @@ fn windows_of_different_size_are_filled() {
     let solution = solve(targets, windows, distances, 80.0, (193, 155)).unwrap();
     let [first, second] = errors(&solution, targets, windows, distances);
     within_tenth_of(5.02e-4, first, "first");
-    within_tenth_of(0.001, second, "second");
+    within_tenth_of(8.74e-4, second, "second");
 }
 
 #[test]
