@@ -8,12 +8,18 @@ use super::{
 use crate::{
     bench::{Bench, ExitFace, Receiver},
     forward::two_reliefs::{TwoReliefs, View},
+    grid::{Extent, Field, Outline},
+    irradiance::TargetIrradiance,
     measured::within_tenth_of,
-    solver::{FreeFaces, Silent, Solver},
+    solver::{FreeFaces, Problem, Silent, Solution, SolveError, Solver},
     surface::SurfaceSpline,
-    transport::{TwoFaces, map::Map},
+    transport::{
+        TwoFaces,
+        map::Map,
+        spline::{BorderSlopes, PathSpline, ReceiverGrid},
+    },
 };
-use glam::DMat2;
+use glam::{DMat2, DVec2, DVec3};
 
 const BLOCK: Extent = Extent::new(100.0, 80.0);
 const IOR: f64 = 1.5;
