@@ -4,8 +4,8 @@ import bpy
 
 from . import jobs, scene, settings
 
-#: Of a line in the sidebar.
-WIDTH = 44
+#: Of a character, and of what stands beside a line in the sidebar, pixels at a scale of 1.
+CHARACTER, BESIDE = 6.5, 75
 
 
 class _Panel:
@@ -54,10 +54,12 @@ def _lines(layout, text, icon):
     """A text over as many lines as it takes."""
     column = layout.column(align=True)
     column.scale_y = 0.8
+    context = bpy.context
+    width = (context.region.width / context.preferences.system.ui_scale - BESIDE) / CHARACTER
     for paragraph in filter(None, text.split("\n")):
         line = ""
         for word in paragraph.split():
-            if line and len(line) + len(word) >= WIDTH:
+            if line and len(line) + len(word) >= width:
                 column.label(text=line, icon=icon)
                 line, icon = "", "BLANK1"
             line = f"{line} {word}".strip()
