@@ -137,7 +137,8 @@ def take(thing, job):
     wanted = settings.of(thing)
     scene.show(thing, job.solid, job.bench)
     size = job.block.size
-    wanted.shown, wanted.shown_nodes, wanted.fault = job.request, size.nodes[0], ""
+    settings.set_shown(thing, job.request)
+    wanted.shown_nodes, wanted.fault = size.nodes[0], ""
     lines = [
         f"{size.width_mm:.4g} x {size.height_mm:.4g} x {size.thickness_mm:.4g} mm, relief {size.relief_mm:.3g} mm",
         *job.said,
@@ -176,7 +177,7 @@ def pump():
 def _draft(thing):
     wanted = settings.of(thing)
     try:
-        if wanted.shown not in asked(wanted):
+        if settings.shown(thing) not in asked(wanted):
             start(thing, draft=True)
         elif job_of(thing) is not None:
             cancel(thing)
@@ -263,11 +264,11 @@ def _before_load(*_):
 
 @persistent
 def _after_undo(*_):
-    # Settings go back by themselves; so does a mesh, but for what came after the step.
+    # Settings go back by themselves; a mesh that came after the step, as drafts do, may stay.
     for thing in settings.blocks():
         wanted = settings.of(thing)
         try:
-            fits = wanted.shown in asked(wanted)
+            fits = settings.shown(thing) in asked(wanted)
         except picture.NoPicture:
             continue
         if wanted.live and not fits:

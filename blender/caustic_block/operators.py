@@ -74,7 +74,7 @@ class CAUSTICBLOCK_OT_add(bpy.types.Operator):
             return {"CANCELLED"}
         jobs.take(thing, job)
         # It is coarser than a draft.
-        wanted.shown = ""
+        settings.set_shown(thing, "")
         wanted.live = self.live
         if self.bench:
             scene.add_bench(thing)

@@ -38,16 +38,19 @@ class CAUSTICBLOCK_PT_block(_Panel, bpy.types.Panel):
             row.operator("object.caustic_block_cancel", text="", icon="X")
         layout.operator("export_mesh.caustic_block", text="Export", icon="EXPORT")
         _lines(layout, wanted.fault, "ERROR")
+        if job is None and not settings.fits(context.object):
+            _lines(layout, "The face is not that of these settings", "ERROR")
         if wanted.bench and not scene.fits_cycles(context.object):
             _lines(layout, "Cycles loses light at this scale: see Set up Cycles", "ERROR")
         if wanted.shown_nodes:
-            _lines(layout, f"{wanted.shown_nodes} nodes across, {_kind(wanted)}\n{wanted.about}", "INFO")
+            _lines(layout, f"{wanted.shown_nodes} nodes across, {_kind(context.object)}\n{wanted.about}", "INFO")
 
 
-def _kind(wanted):
-    if not wanted.shown:
+def _kind(thing):
+    shown = settings.shown(thing)
+    if not shown:
         return "coarse"
-    return "draft" if '"quality": "draft"' in wanted.shown else "solved"
+    return "draft" if '"quality": "draft"' in shown else "solved"
 
 
 def _lines(layout, text, icon):

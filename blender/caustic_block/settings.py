@@ -18,6 +18,9 @@ from bpy.props import (
 
 from . import picture
 
+#: Of the mesh.
+_SHOWN = "caustic_block_shown"
+
 
 def _changed(settings, _context):
     from . import jobs
@@ -165,7 +168,6 @@ class CausticBlockSettings(bpy.types.PropertyGroup):
     )
 
     # What was made of them.
-    shown: StringProperty(options={"HIDDEN"})
     shown_nodes: IntProperty(options={"HIDDEN"})
     about: StringProperty(options={"HIDDEN"})
     fault: StringProperty(options={"HIDDEN"})
@@ -182,6 +184,25 @@ def of(thing):
     """The settings of an object that is a caustic block, else `None`."""
     settings = getattr(thing, "caustic_block", None)
     return settings if settings is not None and settings.uid and thing.type == "MESH" else None
+
+
+def shown(thing):
+    """What was asked for of the face that a block has; nothing, if that is coarser than a draft. The mesh itself says it, because undo may
+    take an object back without its mesh."""
+    return thing.data.get(_SHOWN, "")
+
+
+def set_shown(thing, request):
+    thing.data[_SHOWN] = request
+
+
+def fits(thing):
+    """Whether the face is that of the settings, as far as can be told without the picture."""
+    wanted = of(thing)
+    try:
+        return shown(thing) != "" and json.loads(shown(thing))[0] in (keywords(wanted, False), keywords(wanted, True))
+    except picture.NoPicture:
+        return False
 
 
 def blocks():
@@ -227,11 +248,11 @@ def keywords(settings, draft):
         if getattr(settings, name) > 0:
             given[name] = exact(getattr(settings, name))
     if any(settings.shift_mm):
-        given["shift_mm"] = tuple(map(exact, settings.shift_mm))
+        given["shift_mm"] = list(map(exact, settings.shift_mm))
     if settings.transfer != "AUTO" and picture.file_of(settings.image) is not None:
         given["transfer"] = settings.transfer
     if settings.tilt > 0:
-        given["tilt_deg"] = tuple(exact(math.degrees(angle)) for angle in (settings.tilt, settings.tilt_from))
+        given["tilt_deg"] = [exact(math.degrees(angle)) for angle in (settings.tilt, settings.tilt_from)]
     if settings.light == "point":
         given["source_distance_mm"] = exact(settings.source_distance_mm)
     if settings.source_size:

@@ -45,7 +45,7 @@ assert abs(width_mm(block) - 90) < 1e-3 and wanted.shown_nodes == 129
 wanted.live = False
 settle()
 wanted.size_mm = 95
-assert not jobs.busy() and abs(width_mm(block) - 90) < 1e-3
+assert not jobs.busy() and abs(width_mm(block) - 90) < 1e-3 and not part("settings").fits(block)
 
 # A solve, which comes to what glasswarp comes to alone.
 wanted.nodes = 193
@@ -126,9 +126,10 @@ assert abs(width_mm(third) - 40) < 1e-3 and abs(width_mm(block) - 75) < 1e-3
 assert third.caustic_block.lamp is None and wanted.lamp.parent == block
 
 # The light needs no new face.
-before, energy = wanted.shown, wanted.lamp.data.energy
+settings = part("settings")
+before, energy = settings.shown(block), wanted.lamp.data.energy
 wanted.brightness = 2
-assert abs(wanted.lamp.data.energy / energy - 2) < 1e-5 and not jobs.busy() and wanted.shown == before
+assert abs(wanted.lamp.data.energy / energy - 2) < 1e-5 and not jobs.busy() and settings.shown(block) == before
 # It stays as wide as it is when the scene counts otherwise.
 bpy.context.scene.unit_settings.scale_length = 0.1
 bpy.context.view_layer.objects.active = block
@@ -146,6 +147,7 @@ bpy.ops.ed.undo()
 block = bpy.data.objects[name]
 assert abs(block.caustic_block.size_mm - 75) < 1e-4
 settle()
+assert settings.fits(block)
 assert abs(width_mm(block) - 75) < 1e-3
 bpy.ops.ed.redo()
 block = bpy.data.objects[name]
