@@ -22,6 +22,8 @@ _due = {}
 _ending = []
 #: The last block that was solved for: uid -> (request, block of glasswarp).
 _solved = {}
+#: What the panel was last drawn with: to draw takes time from solving.
+_seen = []
 #: Jobs take turns: each uses all cores, and warnings of Python are caught for all threads at once.
 _turn = threading.Lock()
 
@@ -213,10 +215,9 @@ def said(error):
     return str(error) if str(error) else type(error).__name__
 
 
-def wait(job, seconds=600.0):
+def wait(job):
     """Pumps until a job has ended, where no timers run."""
-    end = time.monotonic() + seconds
-    while job in _jobs.values() and time.monotonic() < end:
+    while job in _jobs.values():
         pump()
         time.sleep(0.02)
 
@@ -237,6 +238,11 @@ def wake():
 
 
 def _redraw():
+    global _seen
+    seen = [(uid, id(job), job.stage, int(100 * job.progress)) for uid, job in _jobs.items()]
+    if seen == _seen:
+        return
+    _seen = seen
     for window in getattr(bpy.context.window_manager, "windows", ()):
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -199,6 +199,8 @@ def set_shown(thing, request):
 def fits(thing):
     """Whether the face is that of the settings, as far as can be told without the picture."""
     wanted = of(thing)
+    if wanted.image is None:
+        return False
     try:
         return shown(thing) != "" and json.loads(shown(thing))[0] in (keywords(wanted, False), keywords(wanted, True))
     except picture.NoPicture:

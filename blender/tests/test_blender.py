@@ -27,7 +27,7 @@ def test_what_cycles_draws_is_what_the_verifier_finds_in_the_file(host, picture)
     found = host.run("render", picture, [bench for bench, _ in BENCHES])["benches"]
     for (bench, measured), got in zip(BENCHES, found):
         print(bench, got)
-        assert got["difference"] < 1.25 * measured, (bench, got)
+        assert got["difference"] < 1.1 * measured, (bench, got)
         assert min(got["upside_down"], got["mirrored"]) > 0.15, (bench, got)
         assert got["black"] <= got["of"] // 1000, (bench, got)
         assert got["block"] < 0.002, (bench, got)

@@ -132,6 +132,10 @@ target = jobs.solved(block).target
 assert target[:6, :20].min() > 3 * target[20:, 30:].max()
 assert export(filepath=str(folder / "painted.stl")) == {"FINISHED"}
 assert "painted.light.exr" in (folder / "painted.toml").read_text()
+wanted.transfer, wanted.image = "srgb", None
+assert not part("settings").fits(block)
+refused(bpy.ops.object.caustic_block_solve, "no picture")
+wanted.transfer = "AUTO"
 strip = bpy.data.images.new("strip", 64, 64)
 strip.source = "MOVIE"
 wanted.image = strip
