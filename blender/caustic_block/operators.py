@@ -94,7 +94,8 @@ class CAUSTICBLOCK_OT_add(bpy.types.Operator):
             return found
         if not self.filepath:
             raise picture.NoPicture("there is no picture: name an image or a file")
-        path = bpy.path.abspath(self.filepath)
+        # A path relative to the working folder would be lost with the .blend in another.
+        path = os.path.abspath(bpy.path.abspath(self.filepath))
         if not os.path.isfile(path):
             raise picture.NoPicture(f"the picture is not there: {path}")
         return bpy.data.images.load(path, check_existing=True)
