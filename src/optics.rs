@@ -53,6 +53,15 @@ pub fn normal_of_slopes(slopes: DVec2) -> DVec3 {
     DVec3::new(-slopes.x, -slopes.y, 1.0).normalize()
 }
 
+/// Unit vector of light along `light` behind a face with the unit normal `n` on its far side, `ratio` the
+/// index before it over that behind; `None` if it is totally reflected.
+#[inline(always)]
+pub(crate) fn refracted(light: DVec3, n: DVec3, ratio: f64) -> Option<DVec3> {
+    let cos_theta_i = light.dot(n);
+    let cos2_theta_t = 1.0 - ratio * ratio * (1.0 - cos_theta_i * cos_theta_i);
+    (cos2_theta_t >= 0.0).then(|| ratio * light + (cos2_theta_t.sqrt() - ratio * cos_theta_i) * n)
+}
+
 /// The structured face of a bench as light sees it: the constants of (8a, 8b).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interface {
@@ -94,11 +103,7 @@ impl Interface {
         let light = -self.incident;
         match self.face {
             ExitFace::Reflects => Some(light - 2.0 * light.dot(n) * n),
-            ExitFace::Refracts { ior } => {
-                let cos_theta_i = light.dot(n);
-                let cos2_theta_t = 1.0 - ior * ior * (1.0 - cos_theta_i * cos_theta_i);
-                (cos2_theta_t >= 0.0).then(|| ior * light + (cos2_theta_t.sqrt() - ior * cos_theta_i) * n)
-            }
+            ExitFace::Refracts { ior } => refracted(light, n, ior),
         }
     }
 

@@ -4,7 +4,11 @@ use super::{
     BANDS, Caustic,
     splat::{Corner, Film},
 };
-use crate::{grid::Extent, surface::SurfaceSpline};
+use crate::{
+    grid::Extent,
+    optics::{normal_of_slopes, refracted},
+    surface::SurfaceSpline,
+};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
@@ -72,7 +76,7 @@ impl TwoReliefs<'_> {
     /// at a point of the entry face; none where it does not come out.
     #[inline(always)]
     fn ray(&self, from: DVec3, slope: DVec2) -> Option<(DVec3, DVec3)> {
-        let inside = refracted(DVec3::Z, slope, 1.0, self.ior)?;
+        let inside = refracted(DVec3::Z, normal_of_slopes(slope), 1.0 / self.ior)?;
         let (mut up, mut surface) = (-from.z, self.exit.continued(from.truncate()));
         for _ in 0..STEPS {
             let at = from + inside * (up / inside.z);
@@ -89,7 +93,7 @@ impl TwoReliefs<'_> {
             }
         }
         let at = from + inside * (up / inside.z);
-        refracted(inside, surface.slope, self.ior, 1.0).filter(|air| air.z > 0.0).map(|air| (at, air))
+        refracted(inside, normal_of_slopes(surface.slope), self.ior).filter(|air| air.z > 0.0).map(|air| (at, air))
     }
 }
 
@@ -102,15 +106,4 @@ impl View {
         let cells = DVec2::new(self.cells.0 as f64, self.cells.1 as f64);
         (landing - self.window.lower()) * cells / self.window.as_vec()
     }
-}
-
-/// The unit vector of light behind a face of this slope, between two indices; none if it is totally
-/// reflected.
-#[inline(always)]
-fn refracted(along: DVec3, slope: DVec2, before: f64, behind: f64) -> Option<DVec3> {
-    let normal = (-slope).extend(1.0).normalize();
-    let eta = before / behind;
-    let cosine = along.dot(normal);
-    let rest = 1.0 - eta * eta * (1.0 - cosine * cosine);
-    (cosine > 0.0 && rest > 0.0).then(|| along * eta + normal * (rest.sqrt() - eta * cosine))
 }

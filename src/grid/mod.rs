@@ -15,4 +15,5 @@ pub use extent::Extent;
 pub use field::Field;
 pub(crate) use outline::cut_off;
 pub use outline::{Contour, Outline};
+pub(crate) use resample::bilinear;
 pub use resample::{area_resample, bilinear_resample};

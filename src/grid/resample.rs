@@ -1,4 +1,5 @@
 use super::Field;
+use glam::DVec2;
 use rayon::prelude::*;
 
 /// Averages a cell grid over the cells of another cell grid on the same rectangle.
@@ -45,6 +46,19 @@ fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
                 .collect()
         })
         .collect()
+}
+
+/// The value at a position in units of nodes: bilinear between them, constant beyond the outermost.
+#[inline]
+pub(crate) fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
+    let along = |at: f64, n: usize| {
+        let at = at.clamp(0.0, (n - 1) as f64);
+        let k = (at as usize).min(n - 2);
+        (k, at - k as f64)
+    };
+    let ((i, fx), (j, fy)) = (along(at.x, field.nx()), along(at.y, field.ny()));
+    let lerp = |j: usize| field[(i, j)] + fx * (field[(i + 1, j)] - field[(i, j)]);
+    lerp(j) + fy * (lerp(j + 1) - lerp(j))
 }
 
 /// Interpolates a node grid bilinearly at the nodes of another node grid on the same rectangle.

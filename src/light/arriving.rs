@@ -1,13 +1,13 @@
 //! How rays arrive at a block, and the profile of a light that is known by them.
 
 use super::{
-    profile::{Profile, ProfileError, bilinear},
+    profile::{Profile, ProfileError},
     source::Intensity,
     wave::PointWave,
 };
 use crate::{
     bench::{Bench, ExitFace},
-    grid::Field,
+    grid::{Field, bilinear},
 };
 use glam::{DVec2, DVec3};
 

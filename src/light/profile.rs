@@ -1,7 +1,7 @@
 //! Light whose flux is spread unevenly over the block: a torch's cone, a lamp's published
 //! intensity, a beam that was photographed.
 
-use crate::grid::{Extent, Field};
+use crate::grid::{Extent, Field, bilinear};
 use glam::DVec2;
 
 /// Why light cannot be used.
@@ -66,17 +66,4 @@ impl Profile {
         let cells = DVec2::new((self.factors.nx() - 1) as f64, (self.factors.ny() - 1) as f64);
         bilinear(&self.factors, (crossing_mm - self.extent.lower()) / self.extent.as_vec() * cells)
     }
-}
-
-/// Bilinear between nodes, constant beyond the outermost.
-#[inline]
-pub(super) fn bilinear(field: &Field<f64>, at: DVec2) -> f64 {
-    let along = |at: f64, n: usize| {
-        let at = at.clamp(0.0, (n - 1) as f64);
-        let k = (at as usize).min(n - 2);
-        (k, at - k as f64)
-    };
-    let ((i, fx), (j, fy)) = (along(at.x, field.nx()), along(at.y, field.ny()));
-    let lerp = |j: usize| field[(i, j)] + fx * (field[(i + 1, j)] - field[(i, j)]);
-    lerp(j) + fy * (lerp(j + 1) - lerp(j))
 }

@@ -55,6 +55,13 @@ pub(super) fn normalise(light: &mut Field<f64>) {
     light.as_mut_slice().par_chunks_mut(nx).for_each(|row| row.iter_mut().for_each(|v| *v *= factor));
 }
 
+/// Root mean square of the difference, both with mean 1.
+pub(super) fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
+    let (a, b) = (seen.mean(), wanted.mean());
+    let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
+    (sum / seen.as_slice().len() as f64).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

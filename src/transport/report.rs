@@ -68,12 +68,7 @@ pub(super) fn describe(
             100.0 * seen.folded
         ));
     }
-    let missed = flaws.missed;
-    if missed > 0 {
-        warnings.push(format!(
-            "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes or a larger offset help"
-        ));
-    }
+    warnings.extend(of_missed(flaws.missed));
     if let Some(Softening { radius_mm, violations }) = flaws.softened {
         warnings.push(format!(
             "a least radius of {radius_mm} mm without folds costs accuracy: the light differs from the picture by {error:.4} of its mean (root mean square), at best by {unsoftened:.4} before softening"
@@ -97,6 +92,15 @@ pub(super) fn describe(
         ));
     }
     summary.warnings.extend(warnings);
+}
+
+/// What is said of nodes whose ray does not land as planned.
+pub(super) fn of_missed(missed: usize) -> Option<String> {
+    (missed > 0).then(|| {
+        format!(
+            "{missed} nodes of the face lie on creases sharper than the grid, where no ray lands as planned; more nodes or a larger offset help"
+        )
+    })
 }
 
 /// Where on the receiver the light is furthest from what is wanted.

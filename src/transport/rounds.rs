@@ -7,6 +7,7 @@ use super::{
     correction::{Correction, GENTLE, STAGES},
     equation::State,
     level::{FORCING, NAME, RMS, Solved, record},
+    light::relative_rms,
     newton::{Criterion, Halt},
     path::OpticalPath,
     report,
@@ -259,11 +260,4 @@ impl Beams {
 fn light_of(surface: &HeightField, bench: &Bench, beams: Beams, cells: (usize, usize)) -> Caustic {
     let lattice = beams.lattice(surface, cells);
     forward::irradiance(&SurfaceSpline::through(surface), bench, Geometry::Displaced, lattice, cells)
-}
-
-/// Root mean square of the difference, both with mean 1.
-fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
-    let (a, b) = (seen.mean(), wanted.mean());
-    let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
-    (sum / seen.as_slice().len() as f64).sqrt()
 }

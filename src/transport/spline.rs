@@ -76,6 +76,16 @@ impl BorderSlopes {
         Self { left: y.clone(), right: y, lower: x.clone(), upper: x }
     }
 
+    /// Of an unknown with these slopes at the nodes of a grid.
+    pub(super) fn of((nx, ny): (usize, usize), slope: impl Fn(usize, usize) -> DVec2) -> Self {
+        Self {
+            left: (0..ny).map(|j| slope(0, j).x).collect(),
+            right: (0..ny).map(|j| slope(nx - 1, j).x).collect(),
+            lower: (0..nx).map(|i| slope(i, 0).y).collect(),
+            upper: (0..nx).map(|i| slope(i, ny - 1).y).collect(),
+        }
+    }
+
     /// The sides in the order left, right, lower, upper.
     pub(super) fn sides_mut(&mut self) -> [&mut Vec<f64>; 4] {
         [&mut self.left, &mut self.right, &mut self.lower, &mut self.upper]
@@ -166,12 +176,7 @@ impl PathSpline {
         values.par_chunks_mut(nx).enumerate().for_each(|(j, row)| {
             row.iter_mut().enumerate().for_each(|(i, v)| *v = at(i, j).value);
         });
-        let slopes = BorderSlopes {
-            left: (0..ny).map(|j| at(0, j).slope.x).collect(),
-            right: (0..ny).map(|j| at(nx - 1, j).slope.x).collect(),
-            lower: (0..nx).map(|i| at(i, 0).slope.y).collect(),
-            upper: (0..nx).map(|i| at(i, ny - 1).slope.y).collect(),
-        };
+        let slopes = BorderSlopes::of((nx, ny), |i, j| at(i, j).slope);
         (Self::through(grid, &Field::from_vec(nx, ny, values), &slopes), slopes)
     }
 
@@ -382,12 +387,7 @@ mod tests {
     fn spline(grid: ReceiverGrid) -> (PathSpline, BorderSlopes) {
         let (nx, ny) = grid.nodes();
         let values = Field::from_fn(nx, ny, |i, j| cubic(grid.node(i, j)).value);
-        let slopes = BorderSlopes {
-            left: (0..ny).map(|j| cubic(grid.node(0, j)).slope.x).collect(),
-            right: (0..ny).map(|j| cubic(grid.node(nx - 1, j)).slope.x).collect(),
-            lower: (0..nx).map(|i| cubic(grid.node(i, 0)).slope.y).collect(),
-            upper: (0..nx).map(|i| cubic(grid.node(i, ny - 1)).slope.y).collect(),
-        };
+        let slopes = BorderSlopes::of((nx, ny), |i, j| cubic(grid.node(i, j)).slope);
         (PathSpline::through(grid, &values, &slopes), slopes)
     }
 

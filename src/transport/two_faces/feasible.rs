@@ -28,7 +28,7 @@ const GOOD_SLOPE: f64 = 0.5;
 
 impl Solved {
     /// What the rays of all nodes leave; none where there is no ray.
-    pub(super) fn margins(&self, task: &Task<'_>) -> Option<Margins> {
+    fn margins(&self, task: &Task<'_>) -> Option<Margins> {
         let map = self.exit_map(task);
         let spline = &self.exit.state.spline;
         let (_, ny) = spline.grid.nodes();
@@ -52,12 +52,28 @@ impl Solved {
     }
 }
 
+impl Margins {
+    /// Tells what a solution leaves.
+    pub(super) fn describe(&self, summary: &mut Summary) {
+        let Self { stretch, slope, .. } = self;
+        summary.notes.push(format!(
+            "at the block the light keeps at least {stretch:.2} of its width on the first receiver (0 would be a focus), and the exit face is at most {slope:.2} steep"
+        ));
+        if *stretch < GOOD_MARGIN {
+            summary.warnings.push(format!(
+                "between block and first receiver the light gathers to {stretch:.2} of its width: hot spots on the way, and narrow tolerances; more than {GOOD_MARGIN} is advised: move the second receiver further away, or raise the offset"
+            ));
+        }
+    }
+}
+
 impl Task<'_> {
-    /// Refuses what a coarse solution shows to be impossible, before the finer ones.
+    /// Refuses what a coarse solution shows to be impossible, before the finer ones; returns what it
+    /// leaves.
     ///
     /// # Errors
     /// [`TwoFacesError`], with what would make it possible.
-    pub(super) fn check(&self, solved: &Solved, converged: bool) -> Result<(), SolveError> {
+    pub(super) fn check(&self, solved: &Solved, converged: bool) -> Result<Margins, SolveError> {
         let phase = &solved.phase.state.spline;
         if self.margin(phase) < LEAST_MARGIN {
             return Err(self.too_near(phase));
@@ -77,20 +93,7 @@ impl Task<'_> {
         if glass_mm.is_nan() || glass_mm < LEAST_GLASS * self.thickness_mm {
             return Err(self.cuts(glass_mm));
         }
-        Ok(())
-    }
-
-    /// Tells what a solution leaves.
-    pub(super) fn describe(&self, solved: &Solved, summary: &mut Summary) {
-        let Some(Margins { stretch, slope, .. }) = solved.margins(self) else { return };
-        summary.notes.push(format!(
-            "at the block the light keeps at least {stretch:.2} of its width on the first receiver (0 would be a focus), and the exit face is at most {slope:.2} steep"
-        ));
-        if stretch < GOOD_MARGIN {
-            summary.warnings.push(format!(
-                "between block and first receiver the light gathers to {stretch:.2} of its width: hot spots on the way, and narrow tolerances; more than {GOOD_MARGIN} is advised: move the second receiver further away, or raise the offset"
-            ));
-        }
+        Ok(margins)
     }
 
     /// What is left at the mean exit plane of the narrowest stretch of the light.

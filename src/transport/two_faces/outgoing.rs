@@ -11,7 +11,7 @@
 //! H`, the wave bends by `S = ds/dx = H J^-1` and `ds/dh = -S s / c`, and its irradiance on the plane
 //! through `X` across the axis is that on the receiver over `det J`.
 
-use super::film::Film;
+use super::{film::Film, margins::narrowest};
 use crate::{
     light::outer,
     transport::{map::Jet, spline::PathSpline},
@@ -145,9 +145,7 @@ pub(super) fn stretch(phase: &Jet, to_mm: f64) -> DMat2 {
 impl Leaving {
     /// The narrowest stretch of the light from here to the receiver.
     pub(super) fn narrowest(&self) -> f64 {
-        // The greater one of the inverse.
-        let (trace, determinant) = (self.inverse.x_axis.x + self.inverse.y_axis.y, self.inverse.determinant());
-        2.0 / (trace + (trace * trace - 4.0 * determinant).max(0.0).sqrt())
+        narrowest(self.inverse.inverse())
     }
 
     /// The position on the receiver of the ray through `x`, so far before it, to first order.

@@ -10,7 +10,6 @@ use crate::{
         Caustic,
         two_reliefs::{TwoReliefs, View},
     },
-    grid::Field,
     optim::Summary,
     solver::{EntryFace, Event, Progress, Solution, SolveError},
     surface::{HeightField, SurfaceSpline},
@@ -19,7 +18,9 @@ use crate::{
         correction::{Correction, STAGES},
         equation::State,
         level::FORCING,
+        light::relative_rms,
         newton::Criterion,
+        report::of_missed,
     },
 };
 
@@ -41,6 +42,8 @@ struct Block {
     entry: HeightField,
     exit: HeightField,
     thickness_mm: f64,
+    /// Nodes of the entry face whose ray was not found.
+    missed: usize,
     seen: [Caustic; 2],
     errors: [f64; 2],
 }
@@ -145,6 +148,7 @@ impl Task<'_> {
             ny: nodes.1,
             why: "the light of the faces is not a number".into(),
         })?;
+        summary.warnings.extend(of_missed(best.missed));
         for (error, which) in best.errors.into_iter().zip(["first", "second"]).filter(|(error, _)| *error > WEAK) {
             summary.warnings.push(format!(
                 "the light of the {which} picture differs from it by {error:.3} of its mean (root mean square); more nodes, a larger offset, or a thicker block bring it closer"
@@ -164,9 +168,6 @@ impl Task<'_> {
             return Err(self.cuts(glass_mm));
         }
         let Faces { entry, exit, missed } = faces;
-        if missed > 0 {
-            tracing::debug!(missed, "nodes of the entry face whose ray was not found");
-        }
         let (entry_mm, exit_mm) = (entry.mean(), exit.mean());
         let thickness_mm = exit_mm - entry_mm;
         // The next face has its mean where it shall be.
@@ -190,13 +191,6 @@ impl Task<'_> {
         let glass = TwoReliefs { entry: &faces[0], exit: &faces[1], thickness_mm, ior: self.ior };
         let seen = glass.irradiance(views, beams);
         let errors = [0, 1].map(|k| relative_rms(&seen[k].irradiance, &solved.cells[k]));
-        Ok(Block { entry, exit, thickness_mm, seen, errors })
+        Ok(Block { entry, exit, thickness_mm, missed, seen, errors })
     }
-}
-
-/// Root mean square of the difference, both with mean 1.
-fn relative_rms(seen: &Field<f64>, wanted: &Field<f64>) -> f64 {
-    let (a, b) = (seen.mean(), wanted.mean());
-    let sum: f64 = seen.as_slice().iter().zip(wanted.as_slice()).map(|(s, w)| (s / a - w / b) * (s / a - w / b)).sum();
-    (sum / seen.as_slice().len() as f64).sqrt()
 }

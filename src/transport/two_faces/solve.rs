@@ -190,7 +190,6 @@ impl Task<'_> {
     ) -> Result<Solution, SolveError> {
         let mut summary = Summary::default();
         let solved = self.pyramid(options, nodes, progress, &mut summary)?;
-        self.describe(&solved, &mut summary);
         self.close(options, solved, nodes, progress, summary)
     }
 
@@ -260,9 +259,10 @@ impl Task<'_> {
                 other => other,
             })?;
             // Coarse grids tell already what is impossible.
-            self.check(&solved, converged)?;
+            let margins = self.check(&solved, converged)?;
             progress.tell(Event::Step { done: done + 1 })?;
             if done + 1 == sizes.len() {
+                margins.describe(summary);
                 return Ok(solved);
             }
             coarser = Some(solved);
@@ -293,21 +293,10 @@ impl Task<'_> {
         let [near, far] = self.distances_mm;
         let [first, second] = self.windows.map(Extent::as_vec);
         let (nx, ny) = grid.nodes();
-        let slope = |i: usize, j: usize| {
-            let aside = grid.node(i, j) * (second / first - 1.0);
-            aside / aside.length().hypot(far - near)
-        };
-        let slopes = BorderSlopes {
-            left: (0..ny).map(|j| slope(0, j).x).collect(),
-            right: (0..ny).map(|j| slope(nx - 1, j).x).collect(),
-            lower: (0..nx).map(|i| slope(i, 0).y).collect(),
-            upper: (0..nx).map(|i| slope(i, ny - 1).y).collect(),
-        };
+        let aside = |i: usize, j: usize| grid.node(i, j) * (second / first - 1.0);
+        let slopes = BorderSlopes::of((nx, ny), |i, j| aside(i, j) / aside(i, j).length().hypot(far - near));
         // The slopes are nearly those of this.
-        let values = Field::from_fn(nx, ny, |i, j| {
-            let aside = grid.node(i, j) * (second / first - 1.0);
-            0.5 * grid.node(i, j).dot(aside) / (far - near)
-        });
+        let values = Field::from_fn(nx, ny, |i, j| 0.5 * grid.node(i, j).dot(aside(i, j)) / (far - near));
         State { spline: PathSpline::through(grid, &values, &slopes), slopes, mu: 0.0 }
     }
 
@@ -319,7 +308,7 @@ impl Task<'_> {
         let grid = solved.exit.state.spline.grid;
         let (nx, ny) = grid.nodes();
         let (n, t) = (self.ior, self.thickness_mm);
-        let outgoing = solved.outgoing(self);
+        let outgoing = solved.exit_map(self).outgoing;
         let failed = || self.too_near(&solved.phase.state.spline);
         let mean = {
             let phases: Option<Vec<f64>> = (0..nx * ny)
@@ -331,7 +320,7 @@ impl Task<'_> {
         // n h + (n - 1) t = W + constant.
         let constant_mm = (n - 1.0) * t - mean;
         let mut heights = Field::filled(nx, ny, 0.0);
-        let mut slopes = BorderSlopes::zero(grid.cells);
+        let mut slopes = Field::filled(nx, ny, DVec2::ZERO);
         for j in 0..ny {
             for i in 0..nx {
                 let x = grid.node(i, j);
@@ -346,21 +335,10 @@ impl Task<'_> {
                     }
                 }
                 heights[(i, j)] = h;
-                let p = ray.s / (n - ray.c);
-                if i == 0 {
-                    slopes.left[j] = p.x;
-                }
-                if i + 1 == nx {
-                    slopes.right[j] = p.x;
-                }
-                if j == 0 {
-                    slopes.lower[i] = p.y;
-                }
-                if j + 1 == ny {
-                    slopes.upper[i] = p.y;
-                }
+                slopes[(i, j)] = ray.s / (n - ray.c);
             }
         }
+        let slopes = BorderSlopes::of((nx, ny), |i, j| slopes[(i, j)]);
         solved.constant_mm = constant_mm;
         let spline = PathSpline::through(grid, &heights, &slopes);
         solved.exit = Unknown::new(State { spline, slopes, mu: 0.0 });
@@ -369,10 +347,6 @@ impl Task<'_> {
 }
 
 impl Solved {
-    pub(super) fn outgoing(&self, task: &Task<'_>) -> Outgoing<'_> {
-        Outgoing { phase: &self.phase.state.spline, first: &self.films[0], distance_mm: task.distances_mm[0] }
-    }
-
     /// Solves for the phase on the first receiver.
     ///
     /// # Errors

@@ -89,12 +89,7 @@ fn smooth(grid: ReceiverGrid, height: f64) -> PathSpline {
         let d = |step: DVec2| (at(p + step) - at(p - step)) / (2.0 * step.length());
         DVec2::new(d(DVec2::X * 1e-4), d(DVec2::Y * 1e-4))
     };
-    let slopes = BorderSlopes {
-        left: (0..ny).map(|j| slope(grid.node(0, j)).x).collect(),
-        right: (0..ny).map(|j| slope(grid.node(nx - 1, j)).x).collect(),
-        lower: (0..nx).map(|i| slope(grid.node(i, 0)).y).collect(),
-        upper: (0..nx).map(|i| slope(grid.node(i, ny - 1)).y).collect(),
-    };
+    let slopes = BorderSlopes::of((nx, ny), |i, j| slope(grid.node(i, j)));
     PathSpline::through(grid, &Field::from_fn(nx, ny, |i, j| at(grid.node(i, j))), &slopes)
 }
 
