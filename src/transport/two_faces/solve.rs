@@ -26,8 +26,7 @@ use crate::{
 use glam::{DVec2, DVec3};
 use std::array;
 
-/// The solver for two free faces: draws two pictures, on receivers one behind the other; see the
-/// [module](super).
+/// The solver for two free faces: draws two pictures, on receivers one behind the other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TwoFaces {
     options: TransportOptions,
